@@ -17,7 +17,7 @@ from synth.errors import UserError
 from synth.estimation.intervals import spectrum
 from synth.fit.diverged_fit import divergence_refused
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.fit_problem import model_of
+from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.following import follow_changes
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import link_errors, link_widths
@@ -71,10 +71,10 @@ class LawSearch:
         self.law, self.leg, self.some, self.options, self.scatter = law, leg, some, options, scatter
         self.weights, solution = stage.weights, stage.solution
         self.begin = FitStart(solution.values, solution.locals)
-        rate = np.exp(solution.values[: len(leg.joints)])
+        rate = unknowns_of(self._model(np.zeros(len(leg.joints)))).fitted_leg(solution.values).spring_rate
         torque, speed = np.max([_torque_and_speed(leg, recording, rate) for recording in some], axis=0)
         self.scale = torque / np.where(speed > 0.0, speed, np.inf) ** law.power
-        self.noise = np.where(np.isfinite(self.weights.noise[0]), self.weights.noise[0], np.inf)
+        self.noise = np.where(np.isfinite(self.weights.noise), self.weights.noise, np.inf)
         counted = sum(int(recording.counts.sum()) for recording in some)
         # In units of the residuals, as another sample of the scatter.
         self.expected = np.sqrt(self._floor() / counted) / (EXPECTED_TORQUE * np.maximum(self.scale, 1e-300))
@@ -177,11 +177,11 @@ class LawSearch:
         return self._over_noise(off)
 
     def _over_noise(self, changes: Sequence[Array]) -> Array:
-        """(m,) or (m, c), trials' (k, n) or (k, n, c) rad over the noise, 0 where no sample counts, in one."""
+        """(m,) or (m, c), trials' (k, n) or (k, n, c) rad over their noise, 0 where no sample counts, in one."""
         trailing = (1,) * (changes[0].ndim - 2)
         scaled = [
-            each * (recording.counts / self.noise).reshape(*recording.counts.shape, *trailing)
-            for recording, each in zip(self.some, changes, strict=True)
+            each * (recording.counts / noise).reshape(*recording.counts.shape, *trailing)
+            for recording, noise, each in zip(self.some, self.noise, changes, strict=True)
         ]
         return np.concatenate([each.reshape(-1, *each.shape[2:]) for each in scaled])
 
@@ -242,9 +242,8 @@ class LawSearch:
 
     def _floor(self) -> float:
         """The square that the samples' scatter alone leaves."""
-        counted = np.sum([r.counts.sum(axis=0) for r in self.some], axis=0)
-        known = np.isfinite(self.scatter) & np.isfinite(self.noise)
-        return float(np.sum(counted[known] * (self.scatter[known] / self.noise[known]) ** 2))
+        squares = self._counted() * (self.scatter / self.noise) ** 2
+        return float(squares[np.isfinite(squares)].sum())
 
     def _error(self, point: LawPoint) -> float:
         """Mean square above the scatter, rad^2, glitches truncated."""
@@ -252,8 +251,12 @@ class LawSearch:
 
     def _independent(self, here: LawPoint) -> float:
         """How many of the samples' residuals count: correlated ones tell less."""
-        counted = np.sum([r.counts.sum(axis=0) for r in self.some], axis=0)
-        return max(float(np.sum(counted / correlation_times(self.some, here.solution.predictions))), 1.0)
+        factors = correlation_times(self.some, here.solution.predictions)
+        return max(float(np.sum(self._counted() / factors)), 1.0)
+
+    def _counted(self) -> Array:
+        """(n_trial, n) samples that count."""
+        return np.array([recording.counts.sum(axis=0) for recording in self.some], dtype=float)
 
     def _gain(self, linear: LawPoint, here: LawPoint) -> float:
         """Twice that of the log-likelihood, with the noise estimated from the residuals."""

@@ -19,10 +19,16 @@ from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial, read_trials
 from synth.fit.estimate import cut_or_law, fit_leg
 from synth.fit.fit_options import LegFitOptions
+from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
+from synth.fit.law_search import LawSearch
+from synth.fit.least_squares import FitStart, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import recordings
+from synth.fit.refinement import refine
 from synth.fit.speed_laws import LAWS, AnotherLaw
+from synth.fit.starts import first_locals, weak_form_start
+from synth.fit.uncertainty import sample_scatter
 from synth.swing.leg_model import Joint, Leg, Link
 from synth.validation.thesis_data import read_lab_data
 
@@ -95,6 +101,32 @@ def test_strong_friction_of_a_joint_is_no_hand(friction: float, damping: float, 
     assert knee.damper_rate is not None
     assert knee.spring_rate.value == pytest.approx(2.0, rel=0.005)
     assert knee.damper_rate.value == pytest.approx(damping, rel=0.02)
+
+
+def test_a_search_weighs_every_trial_by_its_own_noise() -> None:
+    """With ``weight: amplitude`` trials have different ones: all were weighed by the first, unlike in the refits."""
+    leg, trials = rubbing(0.08, 0.03, (20, -35, 50))
+    made, options = recordings(leg, trials), replace(AUTO, weight="amplitude", tolerance=None)
+    model = model_of(leg, recordings=made)
+    start = FitStart(weak_form_start(model, made, options).values, first_locals(made))
+    stage = refine(model, made, start, options.weight, np.zeros(1), rounds=1)
+    assert np.ptp(stage.weights.noise) > 0.1 * stage.weights.noise.mean()
+    search = LawSearch(LAWS[0], leg, made, options, stage, sample_scatter(made))
+    point = search.point(np.zeros(1))
+    assert point is not None
+    off = [
+        (prediction - one.rotation) / noise
+        for prediction, one, noise in zip(point.solution.predictions, made, stage.weights.noise, strict=True)
+    ]
+    np.testing.assert_allclose(point.residual, np.concatenate(off).ravel())
+    swapped = LawSearch(LAWS[0], leg, made[::-1], options, backwards(stage), sample_scatter(made))
+    np.testing.assert_allclose(swapped.expected, search.expected)
+
+
+def backwards(stage: Stage) -> Stage:
+    """The stage with its trials in the opposite order."""
+    solution = replace(stage.solution, locals=stage.solution.locals[::-1])
+    return Stage(solution, replace(stage.weights, noise=stage.weights.noise[::-1]))
 
 
 @pytest.mark.parametrize("seed", [980043, 980033, 980054])
