@@ -56,7 +56,7 @@ class PredictionErrors:
         )
 
     def figure(self, label: str) -> Estimate:
-        """RMS error in rad, shown in deg, with its 90 % interval over trials."""
+        """RMS error in rad, shown in deg, with its 90 % interval over trials, or over the blocks of a single one."""
         return self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
 
     def above_noise(self, label: str) -> Estimate:
@@ -121,23 +121,30 @@ class PredictionErrors:
         some = before > LEAST_GAP * floor
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
-    def _whole_trials(self) -> Picks:
-        """(RESAMPLES, n_cell) cells of each resample of whole trials; of the blocks of a single trial."""
-        number, blocks = self.counts.shape if len(self.counts) > 1 else (self.counts.size, 1)
-        trials = np.random.default_rng(self.seed).integers(0, number, (RESAMPLES, number))
-        return np.asarray((trials[:, :, None] * blocks + np.arange(blocks)).reshape(RESAMPLES, -1))
+    @property
+    def _resampled(self) -> int:
+        """Number of parts that are resampled: whole trials, or the blocks of a single one."""
+        return len(self.counts) if len(self.counts) > 1 else self.counts.size
+
+    def _resamples(self) -> Picks:
+        """(RESAMPLES, n_cell) cells of each resample."""
+        number = self._resampled
+        blocks = self.counts.size // number
+        picked = np.random.default_rng(self.seed).integers(0, number, (RESAMPLES, number))
+        return np.asarray((picked[:, :, None] * blocks + np.arange(blocks)).reshape(RESAMPLES, -1))
 
     def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
         """A figure, at least 0, with its 90 % interval.
 
         Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: blocks are
-        not independent, and intervals over them too narrow. The percentiles of few trials are too near the value: a
-        resample's variance is ``(n - 1) / n`` of the trials', and Student's distribution is wider than the normal. Ends
-        are moved away by that, as ratios, since the figures are errors: ``tests/diagnosis/test_shrink.py``.
+        not independent, and intervals over them too narrow. A single trial has only its blocks: its interval is that of
+        the same trial longer, not of another one. The percentiles of few parts are too near the value: a resample's
+        variance is ``(n - 1) / n`` of the parts', and Student's distribution is wider than the normal. Ends are moved
+        away by that, as ratios, since the figures are errors: ``tests/diagnosis/test_shrink.py``.
         """
-        ends = np.percentile(figure(self._whole_trials()), [5.0, 95.0])  # 90 % interval
+        ends = np.percentile(figure(self._resamples()), [5.0, 95.0])  # 90 % interval
         value = float(figure(None))
-        number = len(self.counts)
+        number = self._resampled
         if number > 1:
             wider = np.sqrt(number / (number - 1.0)) * student95(number - 1) / NORMAL90
             ends = value * (ends / value) ** wider if value > 0.0 else wider * ends

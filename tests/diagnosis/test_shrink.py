@@ -170,6 +170,19 @@ def test_intervals_hold_where_trials_differ(trials: int) -> None:
     assert 0.82 < held / number < 0.97
 
 
+def test_intervals_of_a_single_trial_hold_where_its_blocks_are_independent() -> None:
+    """Of its four blocks, each with four independent errors: 72 % held, without the widening for so few."""
+    generator, held, number = np.random.default_rng(4), 0, 300
+    counts = np.ones((1, BLOCKS_A_TRIAL))
+    for seed in range(number):
+        squares = generator.chisquare(4, (1, BLOCKS_A_TRIAL)) / 4
+        figure = PredictionErrors({"before": squares}, counts, 0.0 * counts, seed).figure("before")
+        assert figure.low is not None
+        assert figure.high is not None
+        held += figure.low <= 1.0 <= figure.high
+    assert 0.82 < held / number < 0.97
+
+
 def test_the_interval_of_a_shrink_ends_where_the_error_doubles() -> None:
     counts = np.ones((2, BLOCKS_A_TRIAL))
     before, after = np.array([[1.0], [4.0]]) * counts, np.array([[3.0], [0.1]]) * counts
