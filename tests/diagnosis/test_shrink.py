@@ -218,7 +218,7 @@ def test_shrink_and_remainder_agree_on_the_least_gap_that_has_a_share() -> None:
 @pytest.mark.parametrize(("times", "poor"), [(0.99, False), (1.01, True)])
 def test_swings_and_jumps_are_predicted_no_better_from_the_same_error_on(times: float, poor: bool) -> None:
     errors = misses(1.0, math.sqrt(times * NO_BETTER_RATIO), 0.1, trials=1)
-    jumps: Any = SimpleNamespace(scored=(SimpleNamespace(name="a.csv"),))
+    jumps: Any = SimpleNamespace(scored_names=("a.csv",))
     assert bool(poor_trials.no_better(["a.csv"], errors, None)) == poor
     assert bool(JumpingLeg.worse(jumps, errors, None)) == poor
 
