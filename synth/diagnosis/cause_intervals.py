@@ -36,10 +36,10 @@ def causes_of(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[Cause, ...]:
         return ()
     covariance = plant.covariance(fit)
     deviation = np.sqrt(np.diag(covariance))
-    spread = item.unseen.spread if item.unseen is not None else np.zeros(0)
-    refitted = item.unseen.refitted if item.unseen is not None else np.zeros((0, 0))
-    if len(spread) == len(deviation):
-        deviation = np.maximum(deviation, spread)
+    by_fold = item.unseen.by_fold if item.unseen is not None else np.zeros((0, 0))
+    left_out = by_fold.shape[1] == len(deviation)
+    if left_out:
+        deviation = np.maximum(deviation, jackknife(by_fold))
     made, first = [], plant.n_tolerance
     for candidate in fit.hypothesis:
         part = slice(first, first + candidate.size)
@@ -47,8 +47,8 @@ def causes_of(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[Cause, ...]:
         own = deviation[part].copy()
         for k, along in numbers.with_tolerance(fit.unknowns[part], len(covariance)).items():
             own[k] = np.sqrt(along @ covariance @ along)
-            if len(spread) == len(deviation) and len(refitted):
-                own[k] = max(own[k], float(jackknife(np.unique(refitted, axis=0) @ along[:, None])[0]))
+            if left_out:
+                own[k] = max(own[k], float(jackknife(by_fold @ along[:, None])[0]))
         made.append(_cause_with_intervals(candidate, numbers.named, fit.unknowns[part], own))
         first += candidate.size
     return tuple(made)

@@ -56,14 +56,14 @@ class TrialErrors:
 
     ``squares`` (n_trial, n_block) mean squared error of the counted samples, in squared noise floors; ``counts``
     (n_trial, n_block) their number; ``independent`` (n_trial,) number of independent errors of a trial.
-    ``spread`` : standard deviation of the unknowns over leaving out one fold after the other (jackknife), empty if not
-    computed. ``refitted`` (n_trial, p) : unknowns of the fit that each trial was left out of, empty if none was.
+    ``by_fold`` (n_fold, p) : unknowns of the fit without each fold of trials, and ``refitted`` (n_trial, p) those of
+    the fit that each trial was left out of; both empty if none was.
     """
 
     squares: Array
     counts: Array
     independent: Array
-    spread: Array = field(default_factory=lambda: np.zeros(0))
+    by_fold: Array = field(default_factory=lambda: np.zeros((0, 0)))
     refitted: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def without(self, trial: int) -> TrialErrors:
@@ -71,7 +71,7 @@ class TrialErrors:
         squares, counts, independent = (
             np.delete(each, trial, axis=0) for each in (self.squares, self.counts, self.independent)
         )
-        return TrialErrors(squares, counts, independent, self.spread)
+        return TrialErrors(squares, counts, independent, self.by_fold)
 
     @property
     def ratio(self) -> float:

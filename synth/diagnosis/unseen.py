@@ -78,9 +78,9 @@ def errors_on_unseen_trials(bench: Workbench, fits: Sequence[EvaluatedHypothesis
         own = ends[place * len(parts) : (place + 1) * len(parts)]
         left = {index: fit for fit in own for index in _as_fit_without_fold(fit).out}
         errors = errors_by_trial(bench, _residuals_from_best_states(bench, fits[place], left))
-        spread = jackknife(np.array([fit.unknowns for fit in own]))
+        by_fold = np.array([fit.unknowns for fit in own])
         refitted = np.array([left[i].unknowns for i in range(len(bench.trials))])
-        made.append(replace(errors, spread=spread, refitted=refitted))
+        made.append(replace(errors, by_fold=by_fold, refitted=refitted))
     return made
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 from diagnosis.simulated_releases import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.cause_intervals import causes_of
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
 from synth.diagnosis.left_out_fold import DIVERGED_ERROR, finite_residual
@@ -21,6 +24,7 @@ from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
 from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials, folds, jackknife
 from synth.diagnosis.verdict import hypotheses_that_pay, judge, with_coarse_counts, without_causes
+from synth.estimation.intervals import NORMAL90
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
@@ -77,6 +81,26 @@ def test_the_jackknife_of_means_is_the_standard_error() -> None:
     assert jackknife(each)[0] == pytest.approx(values.std(ddof=1) / np.sqrt(5) * 2.132 / 1.6449, rel=1e-3)
 
 
+@pytest.mark.parametrize("second", [[0.1, 0.2], [0.13, 0.21]])
+def test_folds_that_end_at_one_point_count_each(second: list[float]) -> None:
+    """As two that end at a bound: alike ones counted once, and three alike were a bug's message."""
+
+    def against_design(_: object, values: dict[str, float], tolerances: np.ndarray) -> dict[str, float]:
+        return {name: value + 0.01 * float(tolerances[0]) for name, value in values.items()}
+
+    by_fold = np.array([[0.1, 0.2], second, [0.1, 0.2]])
+    errors = replace(held_out_error(1.0, 1.0, 1.0), by_fold=by_fold, refitted=by_fold)
+    fit = EvaluatedHypothesis((OFFSET,), np.array([0.1, 0.2]), ())
+    plant: Any = SimpleNamespace(n_tolerance=1, covariance=lambda _: 1e-12 * np.eye(2), against_design=against_design)
+    (found,) = causes_of(plant, Assessment(fit, 0.0, 1.0, errors))
+    (told,) = [each for each in found.parameters.values() if each.low is not None]
+    assert told.low is not None
+    assert told.high is not None
+    one = next(iter(OFFSET.named(np.ones(1)).values())) - next(iter(OFFSET.named(np.zeros(1)).values()))
+    wanted = max(1e-6, jackknife(by_fold @ np.array([[0.01 / one], [1.0]]))[0], jackknife(by_fold)[1])
+    assert (told.high - told.low) / (2.0 * NORMAL90 * one) == pytest.approx(wanted, rel=0.01)
+
+
 def test_left_out_errors_equal_a_refit_without_the_fold() -> None:
     built = with_effects(off(TWO, 3), {"knee": {"coulomb_friction": {"torque": 0.05}}})
     scene, _ = scene_of(TWO, recorded(built, held_out=0), Tolerance(), 0)
@@ -91,6 +115,7 @@ def test_left_out_errors_equal_a_refit_without_the_fold() -> None:
         direct = np.sqrt(np.mean(((prediction - trial.measured) / scene.usual)[trial.counts] ** 2))
         assert np.sqrt(found.by_trial[out]) == pytest.approx(direct, rel=0.05)
         np.testing.assert_allclose(found.refitted[out], again.unknowns, atol=0.1)  # tolerances
+    assert sorted(found.by_fold.tolist()) == sorted(found.refitted.tolist())  # each fold is one trial
 
 
 def test_at_the_noise_floor_odds_come_from_the_fits() -> None:
