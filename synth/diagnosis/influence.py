@@ -24,6 +24,7 @@ from synth.diagnosis.settled import LARGEST_FALL_LEFT
 from synth.diagnosis.unseen import errors_by_trial
 from synth.diagnosis.verdict import Calibration, Judgement, judge
 from synth.diagnosis.workbench import Workbench
+from synth.estimation.unknown_size import UnknownSize
 from synth.remarks import decisive
 
 T = TypeVar("T")
@@ -231,7 +232,7 @@ def _step_without_each(bench: Workbench, found: Assessment[EvaluatedHypothesis])
         squares = max(normal.squares_without(out, step), 0.0)
         rest = bench.total - float(bench.independent(trial).sum())
         unknowns = fit.unknowns + step
-        cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
+        cost = UnknownSize(rest).cost(squares, unknowns)
         left, seen = (each.without(out) if each is not None else None for each in (found.unseen, found.seen))
         shapes = shaped(unknowns[places], np.delete(changes, out, axis=0).sum(axis=0)[places], squares)
         stepped = SteppedHypothesis(fit.start_at(unknowns=unknowns), shapes)

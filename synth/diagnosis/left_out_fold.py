@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.linearisation import LinearisedNormal
+from synth.estimation.unknown_size import UnknownSize
 
 DIVERGED_ERROR = 1e4  # times the noise, error of a diverged motion
 
@@ -46,7 +47,7 @@ def bounded_residual(residual: Array) -> Array:
 def evaluated_without_fold(bench: Workbench, fit: F) -> F:
     """The fit with the cost of the trials that count."""
     squares, total = squares_without_fold(bench, fit.residuals, fit.out)
-    cost = total * float(np.log1p(squares / total)) + 0.5 * float(fit.unknowns @ fit.unknowns)
+    cost = UnknownSize(total).cost(squares, fit.unknowns)
     return replace(fit, cost=cost if np.isfinite(cost) else np.inf)
 
 
@@ -59,5 +60,5 @@ def normal_without_fold(bench: Workbench, fit: FitWithoutFold, columns: Sequence
     residuals = [finite_residual(residual) for residual in fit.residuals]
     sound = [np.nan_to_num(c, nan=0.0, posinf=0.0, neginf=0.0) for c in columns]
     assert fit.frame is not None
-    normal = fit.frame.normal(residuals, sound, 2.0 / (1.0 + squares / total), fit.unknowns)
+    normal = fit.frame.normal(residuals, sound, UnknownSize(total).weight(squares), fit.unknowns)
     return normal.without_fold(fit.out, fit.unknowns)

@@ -145,7 +145,7 @@ def _step_within_bounds(
     left, least = squares, np.full(len(at), np.inf)
     stopped = np.zeros_like(at)  # 1 for a tolerance at its bound
     for _ in range(WEIGHT_RENEWALS):
-        weight = (2.0 / (1.0 + left / bench.total))[:, None]
+        weight = bench.unknown_size.weight(left)[:, None]
         whole = weight[:, :, None] * matrix + prior
         hold = stopped * (BOUND_STIFFNESS * np.abs(whole).max(axis=(1, 2)))[:, None]
         right = (weight * gradient + at - hold * step)[:, :, None]
@@ -153,7 +153,7 @@ def _step_within_bounds(
         step[:, :count] = np.clip(step[:, :count], lowest, highest)
         change = (matrix @ step[:, :, None])[:, :, 0]
         left = np.maximum(squares + np.einsum("fp,fp->f", 2.0 * gradient + change, step), 0.0)
-        cost = bench.total * np.log1p(left / bench.total) + 0.5 * _squares(at + step)
+        cost = bench.unknown_size.costs(left, at + step)
         best = np.where((cost < least)[:, None], step, best)
         least = np.minimum(cost, least)
         uphill = (weight * (gradient + change) + at + step)[:, :count]

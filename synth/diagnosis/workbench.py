@@ -23,6 +23,7 @@ from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import CONVERGED, Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import ParameterStep, StepLimits
+from synth.estimation.unknown_size import UnknownSize
 from synth.threads import in_parallel, thread_count
 
 UNKNOWN_STEP = 1e-3  # of a whitened unknown, rad
@@ -81,14 +82,17 @@ class Workbench:
         return in_parallel(work, count, self.cores)
 
     def cost(self, squares: float, unknowns: Array) -> float:
-        """Cost of a whitened sum of squares and unknowns, by which the search orders hypotheses.
+        """Cost of a whitened sum of squares and unknowns, by which the search orders hypotheses; see ``UnknownSize``.
 
-        ``N log(1 + squares / N) + |x|^2 / 2``, a multivariate t with ``N`` degrees of freedom (Lange, Little & Taylor,
-        J. Am. Stat. Assoc. 84 (1989) 881): least squares at the noise; far above it twice the ``N/2 log(squares)`` of
-        residuals of unknown size. The odds are tuned with that; what is reported has ``ReducedNormal.covariance``.
-        Residuals that no tolerance can reduce do not push a hypothesis out of its tolerances.
+        The odds are tuned with that; what is reported has ``ReducedNormal.covariance``. Residuals that no tolerance can
+        reduce do not push a hypothesis out of its tolerances.
         """
-        return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
+        return self.unknown_size.cost(squares, unknowns)
+
+    @cached_property
+    def unknown_size(self) -> UnknownSize:
+        """Cost and weight of the residuals of all trials."""
+        return UnknownSize(self.total)
 
     def tempering(self, trial: AngleTrial) -> Array:
         """(n,) factor on a channel's errors, because its samples are not independent."""
@@ -314,7 +318,7 @@ class Workbench:
 
     def normal(self, fit: EvaluatedHypothesis, frame: Linearisation | None = None) -> LinearisedNormal:
         """Normal equations at an evaluated fit; derivatives are computed if it has none and none are given."""
-        weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / self.total)
+        weight = self.unknown_size.weight(float(sum(float(r @ r) for r in fit.residuals)))
         return (frame or fit.frame or self.frame(fit)).normal(fit.residuals, fit.columns, weight, fit.unknowns)
 
     def moved_states(self, fit: EvaluatedHypothesis, change: Sequence[Array]) -> tuple[Array, ...]:
