@@ -8,11 +8,37 @@ import numpy as np
 
 from synth.arrays import Array
 
+ALIKE_STEP = 0.2  # of a log sample step, up to which recordings are taken together; a choice
+
+
+def correlation_factors_by_step(residuals: Sequence[Array], steps: Sequence[float]) -> Array:
+    """(n_recording, n) factor >= 1 by which correlation reduces the information of each recording's residuals (m, n).
+
+    One factor for all recordings of nearly equal sample step, see ``alike_steps`` and ``correlation_factors``: noise of
+    a correlation time of 20 ms counts 39 times less at 1 kHz, and 2 times less at 50 Hz. ``steps`` : s.
+    """
+    factors = np.ones((len(residuals), residuals[0].shape[1]))
+    for alike in alike_steps(steps):
+        factors[alike] = correlation_factors([residuals[t] for t in alike])
+    return factors
+
+
+def alike_steps(steps: Sequence[float]) -> list[list[int]]:
+    """Indices of recordings of nearly equal sample steps, s, together."""
+    groups: list[list[int]] = []
+    for t in np.argsort(steps, kind="stable").tolist():
+        if groups and np.log(steps[t] / steps[groups[-1][0]]) < ALIKE_STEP:
+            groups[-1].append(t)
+        else:
+            groups.append([t])
+    return groups
+
 
 def correlation_factors(residuals: Sequence[Array]) -> Array:
-    """(n,) factor >= 1 by which correlation reduces the information of residuals (m, n) of several recordings.
+    """(n,) factor >= 1 by which correlation reduces the information of residuals (m, n) of recordings of one step.
 
-    The integrated autocorrelation time of each column, see ``integrated_time``, from lags up to half of the longest.
+    The integrated autocorrelation time of each column, in samples, see ``integrated_time``, from lags up to half of the
+    longest.
     """
     longest = max(map(len, residuals)) // 2
     summed = np.zeros((longest, residuals[0].shape[1]))

@@ -91,7 +91,7 @@ def bootstrap(
     solution = stage.solution
     problem = _Problem(model, recordings, stage, generator)
     left = [residuals(r, p) for r, p in zip(recordings, solution.predictions, strict=True)]
-    steps = [float(np.median(np.diff(recording.time))) for recording in recordings]
+    steps = [recording.step for recording in recordings]
     drawn = resample(generator, left, steps, problem.noise, problem.left_over, REFITS)
     values, settled = problem.refit(drawn, np.sqrt(np.diag(covariance)))
     if settled.sum() < REFITS / 2:

@@ -33,7 +33,7 @@ WRONG_READING = 6.0  # deviations from it of a wrong reading, as in ``clipped_rm
 
 @dataclass(frozen=True)
 class LaterScatter:
-    """``deviation`` (n,) rad of the later samples about their own fit, enlarged where neighbours are correlated.
+    """``deviation`` (n_recording, n) rad of the later samples about their own fit, enlarged where they are correlated.
 
     ``explained`` : whether that fit comes near the samples' own scatter, so that the law holds there.
     """
@@ -65,8 +65,8 @@ class LaterScatter:
         errors = errors or [np.zeros((int(np.sum(r.time < until)), r.rotation.shape[1], 0)) for r in recordings]
         blocks = [
             block
-            for recording, prediction, error in zip(recordings, predictions, errors, strict=True)
-            for block in self._blocks(recording, prediction, until, error)
+            for t, (recording, prediction, error) in enumerate(zip(recordings, predictions, errors, strict=True))
+            for block in _blocks(recording, prediction, until, error, self.deviation[t])
         ]
         off, shared = np.concatenate([block[:, 0] for block in blocks]), np.vstack([block[:, 1:] for block in blocks])
         # The square in units of unit noise and shared errors together, by the matrix inversion lemma.
@@ -75,20 +75,22 @@ class LaterScatter:
         total, count = float(off @ off - explained), len(off)
         return chi_squared_above(count, total) if total > AGREEING_SQUARE * count else 1.0
 
-    def _blocks(self, recording: Recording, prediction: Array, until: float, error: Array) -> Iterator[Array]:
-        """(b, 1 + c) for each free joint: sums over blocks of misfit and errors, over the sum's own deviation."""
-        early = recording.time < until
-        block = (recording.time[early] / (BLOCK * recording.unit)).astype(np.intp)
-        for j in recording.free:
-            misfit = prediction[early, j] - recording.rotation[early, j]
-            good = recording.counts[early, j] & ~_contradicted_samples(
-                misfit, recording.counts[early, j], self.deviation[j]
-            )
-            columns = np.column_stack([misfit, error[:, j]])[good]
-            size = np.bincount(block[good])
-            filled = size > 0
-            sums = np.column_stack([np.bincount(block[good], weights=column) for column in columns.T])
-            yield sums[filled] / (self.deviation[j] * np.sqrt(size[filled]))[:, None]
+
+def _blocks(recording: Recording, prediction: Array, until: float, error: Array, deviation: Array) -> Iterator[Array]:
+    """(b, 1 + c) for each free joint: sums over blocks of misfit and errors, over the sum's own deviation.
+
+    ``deviation`` : (n,) rad of a sample.
+    """
+    early = recording.time < until
+    block = (recording.time[early] / (BLOCK * recording.unit)).astype(np.intp)
+    for j in recording.free:
+        misfit = prediction[early, j] - recording.rotation[early, j]
+        good = recording.counts[early, j] & ~_contradicted_samples(misfit, recording.counts[early, j], deviation[j])
+        columns = np.column_stack([misfit, error[:, j]])[good]
+        size = np.bincount(block[good])
+        filled = size > 0
+        sums = np.column_stack([np.bincount(block[good], weights=column) for column in columns.T])
+        yield sums[filled] / (deviation[j] * np.sqrt(size[filled]))[:, None]
 
 
 def _contradicted_samples(misfit: Array, counts: Mask, deviation: float) -> Mask:

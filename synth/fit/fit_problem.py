@@ -67,7 +67,7 @@ def box_of(recordings: Sequence[Recording]) -> SearchBox:
     return SearchBox(
         min(recording.smoothed.pace for recording in recordings),
         max(float(recording.time[-1]) for recording in recordings),
-        min(float(np.median(np.diff(recording.time))) for recording in recordings),
+        min(recording.step for recording in recordings),
         recordings[0].unit,
         tuple(zip(low.tolist(), high.tolist(), strict=True)),
     )

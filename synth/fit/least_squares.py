@@ -44,7 +44,8 @@ class Weights:
     """Divisors of the residuals (n_trial, n_joint) rad, and spread (n_joint,) rad of the rest shifts.
 
     A spread of zero fixes the shifts at zero, or at ``centre`` (n_trial, n_joint) rad if given.
-    ``rounding`` : for each joint, the treatment of counts that are coarser than its noise; else None.
+    ``rounding`` : for each joint, the treatment of counts that are coarser than its noise; else None. The square of
+    ``noise`` over the noise before rounding divides the counts' log-likelihood, because they are correlated.
     """
 
     noise: Array
@@ -357,18 +358,22 @@ def _weigh_residuals(
         scales[far] *= weight
         flat[far] *= weight
     for j in rounded:
-        cost += _weigh_counts(recording, prediction, j, rounding[j], root, residual)
+        item = rounding[j]
+        assert item is not None
+        cost += _weigh_counts(recording, prediction, j, item, float(item.noise / noise[j]) ** 2, root, residual)
     return cost, root, residual
 
 
 def _weigh_counts(
-    recording: Recording, prediction: Array, j: int, rounding: Rounding | None, root: Array, residual: Array
+    recording: Recording, prediction: Array, j: int, rounding: Rounding, share: float, root: Array, residual: Array
 ) -> float:
-    """Write joint j's columns of ``root`` and ``residual`` (m, n) by the likelihood of its counts; their cost."""
-    assert rounding is not None
+    """Write joint j's columns of ``root`` and ``residual`` (m, n) by the likelihood of its counts; their cost.
+
+    ``share`` : of the counts that are independent.
+    """
     counts = recording.counts[:, j]
     off = prediction[counts, j] - recording.rotation[counts, j]
-    cost, slope, curvature = rounding.terms(off, HUBER)
+    cost, slope, curvature = (share * term for term in rounding.terms(off, HUBER))
     scale = np.sqrt(np.maximum(curvature, LEAST_CURVATURE))
     root[counts, j] = scale / rounding.noise
     residual[counts, j] = slope / scale

@@ -150,7 +150,7 @@ def _assemble_result(search: Search, rates: Array, options: LegFitOptions, n_tri
     shift = np.array([local.shift for local in own])
     free = np.array([np.isin(np.arange(n), recording.free) for recording in recordings])
     spread, ends = spread_of_known(shift, free)
-    weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), shift)
+    weights = Weights(noise, np.maximum(spread, 1e-9), shift)
     solution = solve(model, recordings, FitStart(values, own), weights, max_iterations=0)
     if not np.isfinite(solution.cost):
         raise UserError(NOTHING_NEAR)

@@ -59,6 +59,11 @@ class Recording:
     unwrapped: str = ""
     unusual: tuple[tuple[str, float], ...] = ()
 
+    @cached_property
+    def step(self) -> float:
+        """Usual time between samples, s."""
+        return float(np.median(np.diff(self.time)))
+
     @property
     def driven(self) -> bool:
         """Whether a known torque or a servo acts."""
@@ -84,9 +89,8 @@ class Recording:
         rate that the recording gives: a smaller deviation would hold the start to the slow motion after the decay, and
         a larger one would allow rates that no sample shows. The trajectory determines all others far better.
         """
-        step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
-        return self.smoothed.rate[0], largest + self.smoothed.noise / step + 1e-6
+        return self.smoothed.rate[0], largest + self.smoothed.noise / self.step + 1e-6
 
     @cached_property
     def start(self) -> FirstState:
@@ -99,8 +103,7 @@ class Recording:
         # Rounding to counts is detected from a joint's smallest difference over a series only; here the
         # scatter suffices.
         found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise, unit=self.unit)
-        step = float(np.median(np.diff(self.time)))
-        rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / step + 1e-6
+        rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / self.step + 1e-6
         return replace(found, angle_deviation=found.angle_deviation + 1e-6, rate_deviation=rate)
 
     @cached_property

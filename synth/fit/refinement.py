@@ -76,10 +76,11 @@ def refine(
 def _noise(
     recordings: Sequence[Recording], predictions: Sequence[Array], weight: str, counts: Array
 ) -> tuple[Array, tuple[Rounding | None, ...]]:
-    """(n,) rad noise of each joint from its residuals, and the treatment of coarser counts (n,) rad.
+    """(n_trial, n) rad noise of each joint from its residuals, and the treatment of coarser counts (n,) rad.
 
     Correlated residuals carry less information: their noise is enlarged, so that the cost remains a
-    log-likelihood with the right weight against the spread of the shifts and the prior.
+    log-likelihood with the right weight against the spread of the shifts and the prior. Trials of one sample step have
+    one noise: the denser the samples, the more they are correlated.
     """
     off = [residuals(r, p) for r, p in zip(recordings, predictions, strict=True)]
     rounding: list[Rounding | None] = [None] * len(counts)
@@ -90,15 +91,14 @@ def _noise(
         if item is not None:
             for each in whitened:
                 each[:, j] = item.surprise(each[:, j], HUBER)
-    times = correlation_of(whitened)
+    times = correlation_of(recordings, whitened)
     found = clipped_rms(recordings, predictions) * np.sqrt(times)
     found = np.where(np.isfinite(found), found, 1.0) + 1e-7
     if weight == "equal":
-        found = np.full_like(found, np.sqrt(np.mean(found**2)))
+        found = np.sqrt(np.mean(found**2, axis=1, keepdims=True)) * np.ones(found.shape[1])
     for j, item in enumerate(rounding):
         if item is not None:
-            rounding[j] = replace(item, correlation=float(times[j]))
-            found[j] = item.noise * np.sqrt(times[j])
+            found[:, j] = item.noise * np.sqrt(times[:, j])
     return found, tuple(rounding)
 
 

@@ -32,12 +32,11 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
 from synth.estimation.autoregression import Autoregression, best_order, nearest_possible, pair_products
-from synth.estimation.correlation import correlation_factors
+from synth.estimation.correlation import alike_steps, correlation_factors
 from synth.motion.noise import MAD_TO_SD
 
 ORDER = 60  # most coefficients of an autoregression; what is left of the correlation is in the blocks
 ROUNDS = 3  # corrections of the autocorrelation, a choice: each leaves about the share that the fit absorbs of the last
-ALIKE_STEP = 0.2  # of a log sample step, between recordings whose residuals are put together
 FILLINGS = 10  # of lost samples and autoregression in turn, a choice; with half of them lost 5 end up to 5 % short
 LEAST_PAIRS = 10  # fewest products from which a mean product is taken where samples are lost
 UNLIKE_VARIANCE = 0.2  # of the residuals' variance, by which the last draws' may be off after a refit
@@ -99,7 +98,7 @@ def resample(
     ArithmeticError : no autoregression is found of whose draws a refit leaves as much as the fit did of the noise.
     """
     scaled = [left / own for left, own in zip(residuals, noise, strict=True)]
-    pools = [_AlikeTrials.of(generator, trials, [scaled[t] for t in trials]) for trials in _trials_by_step(steps)]
+    pools = [_AlikeTrials.of(generator, trials, [scaled[t] for t in trials]) for trials in alike_steps(steps)]
     lags = [pool.wanted.copy() for pool in pools]
     some = np.arange(
         min(draws, CHECKED_DRAWS, max(LEAST_DRAWS, ENOUGH_SAMPLES // sum(left.size for left in residuals)))
@@ -130,17 +129,6 @@ def _require_alike(draw_lags: Array, wanted: Array) -> None:
             f"no noise is found of which the fit would leave residuals like these: of the resampled it leaves "
             f"{worst:.2g} times their variance"
         )
-
-
-def _trials_by_step(steps: Sequence[float]) -> list[list[int]]:
-    """Trials of nearly equal sample steps, together."""
-    pools: list[list[int]] = []
-    for t in np.argsort(steps).tolist():
-        if pools and np.log(steps[t] / steps[pools[-1][0]]) < ALIKE_STEP:
-            pools[-1].append(t)
-        else:
-            pools.append([t])
-    return pools
 
 
 @dataclass(frozen=True)

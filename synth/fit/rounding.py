@@ -32,13 +32,12 @@ LEAST_COUNT = 1e-6  # rad; smaller counts are the rounding of a text file
 class Rounding:
     """One joint's readings as counts.
 
-    ``noise`` rad before rounding; ``count`` rad; ``correlation`` divides the cost. The table gives cost,
-    slope and curvature over the distance from prediction to reading in ``noise``.
+    ``noise`` rad before rounding; ``count`` rad. The table gives cost, slope and curvature over the distance from
+    prediction to reading in ``noise``.
     """
 
     noise: float
     count: float
-    correlation: float = 1.0
 
     def terms(self, off: Array, huber: float) -> tuple[Array, Array, Array]:
         """Cost, slope and curvature per sample, of ``off`` = prediction minus reading (m,) rad, in ``noise`` units."""
@@ -49,8 +48,7 @@ class Rounding:
         inside = np.interp(size, distance, curvature)
         # As for Huber's function elsewhere: beyond the knee the curvature of the parabola that touches there.
         weight = np.where(beyond > 0.0, huber / np.maximum(size, huber), inside)
-        share = 1.0 / self.correlation
-        return found * share, np.sign(off) * np.interp(size, distance, slope) * share, weight * share
+        return found, np.sign(off) * np.interp(size, distance, slope), weight
 
     def surprise(self, off: Array, huber: float) -> Array:
         """(m,) rad, the slope expressed as a residual: white if the model is right, for any counts."""

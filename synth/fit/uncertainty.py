@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.arrays import Array, finite_median
-from synth.estimation.correlation import correlation_factors
+from synth.estimation.correlation import correlation_factors_by_step
 from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import Solution
@@ -79,13 +79,17 @@ def sample_scatter(recordings: Sequence[Recording]) -> Array:
 
 
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
-    """(n,) factor >= 1 by which correlation reduces the information, see ``correlation_factors``."""
-    return correlation_of([residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
+    """(n_trial, n) factor >= 1 by which correlation reduces the information of each trial's samples.
+
+    Alike for all trials of one sample step, see ``correlation_factors_by_step``.
+    """
+    return correlation_of(recordings, [residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
 
 
-def correlation_of(left: Sequence[Array]) -> Array:
+def correlation_of(recordings: Sequence[Recording], left: Sequence[Array]) -> Array:
     """As ``correlation_times``, of residuals (m, n) of each trial, nan where no sample counts."""
-    return correlation_factors([np.where(np.isfinite(each), each, 0.0) for each in left])
+    zeroed = [np.where(np.isfinite(each), each, 0.0) for each in left]
+    return correlation_factors_by_step(zeroed, [recording.step for recording in recordings])
 
 
 @divergence_refused()

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.correlation import correlation_factors
+from synth.estimation.correlation import correlation_factors_by_step
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Nielsen, minimise
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
@@ -54,7 +54,7 @@ class ResponsePoint:
 
 @dataclass(frozen=True, eq=False)
 class ResponseFit(LeastSquares[ResponsePoint]):
-    """Half the sum of squares of the residuals over ``deviation`` (2,) A, rad/s.
+    """Half the sum of squares of the residuals over ``deviation`` (n_run, 2) A, rad/s.
 
     ``unit`` (6,): the unknowns of friction and its viscous part are in these. ``low``, ``high`` (6,): bounds.
     """
@@ -79,7 +79,10 @@ class ResponseFit(LeastSquares[ResponsePoint]):
 
     def evaluate(self, points: Sequence[ResponsePoint]) -> Sequence[ResponsePoint]:
         """The points with their costs."""
-        costs = [0.5 * sum(float(np.sum((r / self.deviation) ** 2)) for r in self.residuals(p)) for p in points]
+        costs = [
+            0.5 * sum(float(np.sum((r / d) ** 2)) for r, d in zip(self.residuals(p), self.deviation, strict=True))
+            for p in points
+        ]
         return [replace(p, cost=cost if np.isfinite(cost) else np.inf) for p, cost in zip(points, costs, strict=True)]
 
     def normal(self, point: ResponsePoint) -> ReducedNormal:
@@ -87,13 +90,13 @@ class ResponseFit(LeastSquares[ResponsePoint]):
         count = len(CONSTANTS)
         shifted = point.unknowns[:, None] + STEP * np.eye(count, count + 3)
         lanes, parts = self.constants(shifted), []
-        for run, start in zip(self.runs, point.starts, strict=True):
+        for run, start, deviation in zip(self.runs, point.starts, self.deviation, strict=True):
             size = STEP * np.maximum(np.sqrt(np.mean(run.measured**2, axis=0)), 1e-300)
             begun = start[:, None] + np.concatenate([np.zeros((2, count)), np.diag(size), np.zeros((2, 1))], axis=1)
             out = motor_responses(run.time, run.voltage, lanes, begun)
             steps = np.concatenate([np.full(count, STEP), size])
-            slopes = ((out[:, :, :-1] - out[:, :, -1:]) / steps / self.deviation[:, None]).reshape(-1, count + 2)
-            left = ((out[:, :, -1] - run.measured) / self.deviation).ravel()
+            slopes = ((out[:, :, :-1] - out[:, :, -1:]) / steps / deviation[:, None]).reshape(-1, count + 2)
+            left = ((out[:, :, -1] - run.measured) / deviation).ravel()
             common, own = slopes[:, :count], slopes[:, count:]
             parts.append(TrialNormal(common.T @ common, common.T @ own, own.T @ own, common.T @ left, own.T @ left))
         return ReducedNormal.of(parts, np.zeros((count, count)), np.zeros(count))
@@ -141,7 +144,7 @@ def fit_response(runs: Sequence[ResponseRun], near: Array) -> tuple[ResponseFit,
     low, high = np.full(len(near), -np.inf), np.full(len(near), np.inf)
     low[INDUCTANCE], high[INDUCTANCE] = first[0] + np.log([shortest / SHORTEST, longest])
     floor = LEAST_NOISE * np.maximum(whole, 1e-300)
-    fit = ResponseFit(tuple(runs), unit, low, high, 0.01 * np.array(whole))
+    fit = ResponseFit(tuple(runs), unit, low, high, np.tile(0.01 * np.array(whole), (len(runs), 1)))
     starts = np.array([run.measured[0] for run in runs])
     points = []
     for guess in (first[INDUCTANCE], *(first[0] + np.log(shortest * np.array([0.1, 1.0, 10.0])))):
@@ -155,7 +158,8 @@ def fit_response(runs: Sequence[ResponseRun], near: Array) -> tuple[ResponseFit,
         best = fit.best([best])
         if np.all(np.abs(fit.deviation / before - 1.0) < SAME_NOISE):
             break
-    counted = np.sqrt(correlation_factors(fit.residuals(best)))
+    steps = [float(np.median(np.diff(run.time))) for run in runs]
+    counted = np.sqrt(correlation_factors_by_step(fit.residuals(best), steps))
     fit = replace(fit, deviation=np.maximum(_noise(fit, best) * counted, floor))
     return fit, fit.best([best])
 
@@ -197,7 +201,7 @@ def inductance_of(fit: ResponseFit, best: ResponsePoint) -> tuple[float, float, 
 
 
 def _noise(fit: ResponseFit, point: ResponsePoint) -> Array:
-    """(2,) of current and speed: root mean square of the residuals, with half the unknowns taken by each."""
+    """(n_run, 2) of current and speed, all runs alike: RMS of all residuals, with half the unknowns taken by each."""
     left = np.concatenate(fit.residuals(point))
     taken = len(point.unknowns) / 2 + len(point.starts)
-    return np.asarray(np.sqrt(np.sum(left**2, axis=0) / max(1.0, len(left) - taken)))
+    return np.tile(np.sqrt(np.sum(left**2, axis=0) / max(1.0, len(left) - taken)), (len(fit.runs), 1))

@@ -22,7 +22,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.estimation.correlation import correlation_factors
+from synth.estimation.correlation import correlation_factors_by_step
 from synth.files.hopper_recordings import HopperRecording, PullUps
 from synth.hopper.fold import first_state, fold, leg_parameters, mechanics
 from synth.hopper.identify_motor import SURE_DEVIATIONS, IdentifiedConstant
@@ -267,11 +267,13 @@ def _deviation(project: PullUps, damping: float) -> float:
     The sandwich of the sensitivities' power and the scores' variance (Huber 1967).
     """
     step = 1e-3 * damping
-    scores, power = [], 0.0
+    scores, steps, power = [], [], 0.0
     for trial in project.trials:
         below, here, above = simulate_fold(project, trial, damping + np.array([-step, 0.0, step])).T
         slope = (above - below) / (2.0 * step)
         power += float(slope @ slope)
-        scores.append(slope * (here - trial["upper link"]))
-    (factor,) = correlation_factors([score[:, None] for score in scores])
-    return float(np.sqrt(factor * sum(float(score @ score) for score in scores)) / power)
+        scores.append((slope * (here - trial["upper link"]))[:, None])
+        steps.append(float(np.median(np.diff(trial["time"]))))
+    factors = correlation_factors_by_step(scores, steps)[:, 0]
+    variance = sum(factor * float(np.sum(score**2)) for factor, score in zip(factors, scores, strict=True))
+    return float(np.sqrt(variance)) / power

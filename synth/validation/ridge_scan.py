@@ -56,7 +56,7 @@ def rate_scan(fit: FitResult, recordings: Sequence[Recording], joint: str, rates
     spread = np.array([max(item.free_angle_spread.value, LEAST_SPREAD) for item in joints])
     predictions = [bare.to_rotation(trial.fitted) for trial in fit.trials]
     noise = clipped_rms(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
-    weights = Weights(np.tile(np.where(np.isfinite(noise), noise, 1.0), (len(recordings), 1)), spread)
+    weights = Weights(np.where(np.isfinite(noise), noise, 1.0), spread)
     best = float(np.exp(values[j]))
     found: dict[float, RidgePoint] = {}
     for side in (sorted(r for r in rates if r >= best), sorted((r for r in rates if r < best), reverse=True)):

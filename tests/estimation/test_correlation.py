@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.estimation.correlation import correlation_factors, independent_errors, integrated_time
+from synth.estimation.correlation import (
+    alike_steps,
+    correlation_factors,
+    correlation_factors_by_step,
+    independent_errors,
+    integrated_time,
+)
 
 
 def autoregressive(a: float, shape: tuple[int, int], seed: int = 1) -> Array:
@@ -26,6 +32,17 @@ def test_the_time_of_a_decaying_correlation(a: float) -> None:
     assert each.mean() == pytest.approx(wanted, rel=0.05)
     together = correlation_factors([autoregressive(a, (2_000, 20), seed) for seed in range(10)])
     assert together.mean() == pytest.approx(wanted, rel=0.05)
+
+
+def test_recordings_of_another_rate_have_a_factor_of_their_own() -> None:
+    """Noise of a correlation time of 20 ms at 1 kHz and at 50 Hz; together all had the first one's factor, 39."""
+    steps = [0.02, 0.001, 0.021, 0.001, 0.02]
+    decays = np.exp(-np.array(steps) / 0.02)
+    series = [autoregressive(a, (400_000 if a > 0.9 else 20_000, 4), seed) for seed, a in enumerate(decays)]
+    found = correlation_factors_by_step(series, steps)
+    assert found.shape == (5, 4)
+    assert found.mean(axis=1) == pytest.approx([2.16, 40.0, 2.16, 40.0, 2.16], rel=0.06)
+    assert alike_steps(steps) == [[1, 3], [0, 4, 2]]
 
 
 def test_lags_count_in_geyers_pairs() -> None:

@@ -140,9 +140,10 @@ def test_early_samples_off_by_more_than_later_scatter_are_told_from_noise() -> N
     generator = np.random.default_rng(1)
     fitted = [one.rotation + generator.normal(0.0, 0.01, one.rotation.shape) for one in made]
     scatter = LaterScatter.of(made, [one.rotation + 1e-6 for one in made])
-    assert replace(scatter, deviation=np.full(len(leg.joints), 0.01)).agreement(made, fitted, 0.3) == 1.0
+    each = np.full((len(made), len(leg.joints)), 0.01)
+    assert replace(scatter, deviation=each).agreement(made, fitted, 0.3) == 1.0
     pushed = [each + 0.02 * (one.time < 0.1)[:, None] for one, each in zip(made, fitted, strict=True)]
-    noisy = replace(scatter, deviation=np.full(len(leg.joints), 0.01))
+    noisy = replace(scatter, deviation=each)
     assert noisy.agreement(made, pushed, 0.3) < 1e-6
     assert noisy.agreement([one.later(60) for one in made], [each[60:] for each in pushed], 0.2) == 1.0
     push = [0.02 * (one.time < 0.1)[:, None] * np.ones_like(one.rotation) for one in made]

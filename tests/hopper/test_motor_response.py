@@ -125,6 +125,23 @@ def test_intervals_of_noisy_run_ups_hold(noise: tuple[float, float, float], clea
         assert abs(off) < 4.0 * np.mean([item.deviation for item in estimates]) / len(draws) ** 0.5, name
 
 
+def test_runs_of_another_rate_have_a_noise_of_their_own(clean: tuple[Array, Array]) -> None:
+    """Noise that lasts 10 ms, at 1 kHz and at 100 Hz: together both were taken to be as correlated as the first."""
+    voltage, responses = clean
+    rng, decay = np.random.default_rng(3), np.exp(-0.1)
+    noise = rng.normal(size=(len(voltage), 2, 2)) * np.array([0.02, 20.0])[:, None]
+    for k in range(1, len(noise)):
+        noise[k] = decay * noise[k - 1] + np.sqrt(1.0 - decay**2) * noise[k]
+    runs = []
+    for lane, every in ((0, 1), (1, 10)):
+        time = STEP * np.arange(len(voltage))[::every]
+        measured = (responses[:, :, lane] + noise[:, :, lane])[::every]
+        runs.append(ResponseRun(time, voltage[::every, lane], measured))
+    deviation = fit_response(runs, np.array(list(TRUTH.values())))[0].deviation
+    wanted = np.sqrt([(1.0 + a) / (1.0 - a) for a in (decay, decay**10)])
+    np.testing.assert_allclose(deviation[0] / deviation[1], wanted[0] / wanted[1], rtol=0.35)
+
+
 def test_an_inductance_that_the_runs_do_not_show_is_said_to_be_open(clean: tuple[Array, Array]) -> None:
     found = identified(*clean, (0.2, 0.5, 0.0), seed=1)
     content = motor_json(found)
@@ -182,5 +199,5 @@ def test_constants_whose_simulation_diverges_are_refused_in_the_words_of_the_run
     runs = [ResponseRun(STEP * np.arange(len(voltage)), voltage[:, 0], responses[:, :, 0])]
     fit, best = fit_response(runs, np.array(list(TRUTH.values())))
     with pytest.raises(UserError, match="the simulated current and speed diverge") as raised, np.errstate(all="ignore"):
-        standard_deviations(replace(fit, deviation=np.zeros(2)), best)
+        standard_deviations(replace(fit, deviation=np.zeros((1, 2))), best)
     assert "synth fit" not in str(raised.value)
