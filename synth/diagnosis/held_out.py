@@ -68,7 +68,7 @@ def _cost_of_unknown_size(squares: float, total: float) -> tuple[float, float]:
     """What is against ``total`` errors with this sum of squares, and the weight of half the squares in it.
 
     Their negative log-likelihood at the most likely variance, which is the noise's or more: both sides of a move then
-    count as they are, as the search's cost does only near the noise (``Workbench.cost``).
+    count as they are, as the search's cost does only near the noise (``UnknownSize``).
     """
     variance = max(squares / total, 1.0)
     return 0.5 * (total * float(np.log(variance)) + squares / variance), 1.0 / variance

@@ -81,7 +81,7 @@ def costs_after_step(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: 
     gradients, squares = sum(part[0] for part in parts), sum(part[1] for part in parts)
     left, steps = _step_within_bounds(bench, ground.matrix, np.asarray(gradients), np.asarray(squares), begun)
     return [
-        bench.cost(float(rest), np.concatenate([here, fit.unknowns[p:]]))
+        bench.unknown_size.cost(float(rest), np.concatenate([here, fit.unknowns[p:]]))
         for fit, here, rest in zip(fits, begun + steps, left, strict=True)
     ]
 
@@ -118,7 +118,7 @@ def costs_by_secant(
     begun = np.tile(np.append(at.unknowns, 0.0), (len(fits), 1))
     left, steps = _step_within_bounds(bench, matrices, gradients, squares, begun)
     return [
-        (bench.cost(float(rest), at.unknowns + step[:p]), float(step[p]))
+        (bench.unknown_size.cost(float(rest), at.unknowns + step[:p]), float(step[p]))
         for rest, step in zip(left, steps, strict=True)
     ]
 

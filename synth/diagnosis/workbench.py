@@ -81,17 +81,13 @@ class Workbench:
         """``work(index)`` for each index below ``count``, in order, on so many cores."""
         return in_parallel(work, count, self.cores)
 
-    def cost(self, squares: float, unknowns: Array) -> float:
-        """Cost of a whitened sum of squares and unknowns, by which the search orders hypotheses; see ``UnknownSize``.
+    @cached_property
+    def unknown_size(self) -> UnknownSize:
+        """Cost, by which the search orders hypotheses, and weight of the residuals of all trials.
 
         The odds are tuned with that; what is reported has ``ReducedNormal.covariance``. Residuals that no tolerance can
         reduce do not push a hypothesis out of its tolerances.
         """
-        return self.unknown_size.cost(squares, unknowns)
-
-    @cached_property
-    def unknown_size(self) -> UnknownSize:
-        """Cost and weight of the residuals of all trials."""
         return UnknownSize(self.total)
 
     def tempering(self, trial: AngleTrial) -> Array:
@@ -295,7 +291,7 @@ class Workbench:
         for f, fit in enumerate(fits):
             residuals = tuple(part[f][0] for part in parts)
             columns = tuple(part[f][1] for part in parts)
-            cost = self.cost(sum(float(r @ r) for r in residuals), fit.unknowns)
+            cost = self.unknown_size.cost(sum(float(r @ r) for r in residuals), fit.unknowns)
             if not (np.isfinite(cost) and all(np.all(np.isfinite(c)) for c in columns)):
                 cost = np.inf
             made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))

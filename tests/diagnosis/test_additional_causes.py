@@ -106,7 +106,7 @@ def test_screening_promises_the_least_linearised_cost_within_the_tolerances_boun
 
     def cost(step: Array) -> float:
         squares = sum(float(np.sum((e + s @ step) ** 2)) for e, s in zip(left, ground.slopes, strict=True))
-        return bench.cost(squares, here.unknowns + step)
+        return bench.unknown_size.cost(squares, here.unknowns + step)
 
     low, high = (np.append(bound, [side, side]) for bound, side in zip(bench.bounds(()), (-20.0, 20.0), strict=True))
     best = minimize(cost, np.zeros(len(low)), bounds=Bounds(low - here.unknowns, high - here.unknowns))
