@@ -146,7 +146,7 @@ def changed(row: int, text: str) -> str:
         (csv_text("time [s],hip [deg],knee velocty [deg/s]"), 1, "did you mean knee velocity"),
         ("time;hip;knee\n" + "1;2;3\n" * 9, 1, "semicolons"),
         ("time\thip\tknee\n" + "1\t2\t3\n" * 9, 1, "tabs"),
-        ("# recorded today\n" + csv_text(), 1, "comment"),
+        ("# recorded today\n" + csv_text(), 1, "of a header itself remove the # alone"),
         (changed(4, "# paused"), 6, "comment"),
         (changed(4, "0.04,abc,1"), 6, '"abc" is not a number'),
         (changed(4, "0.04,1_000,1"), 6, "not a number"),
