@@ -193,11 +193,25 @@ def _groups(robot: Robot, joints: Sequence[RobotJoint], messages: list[str]) -> 
     ]
     for joint in locked:
         where = f"at {degrees(joint.reading):.4g} deg" if joint.kind == "hinge" else "where it stands"
-        messages.append(f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped")
+        text = f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped"
+        messages.append(text + _following(robot, joint, chosen))
     above = [joint.name or "the free joint" for joint in robot.joints if joint.body in base and joint.kind != "fixed"]
     if above:
         messages.append(f"the body is held: {', '.join(above)} above the chain cannot move")
     return groups
+
+
+def _following(robot: Robot, joint: RobotJoint, chosen: set[str]) -> str:
+    """The end of a locked joint's sentence: what it mimics, and whether it moves with the chain in the robot."""
+    if joint.mimics is None:
+        return ""
+    by = {each.name: each for each in robot.joints}
+    leader, seen = joint.mimics.name, {joint.name}
+    while leader in by and leader not in chosen | seen and (above := by[leader].mimics) is not None:
+        seen.add(leader)
+        leader = above.name
+    text = f"; it mimics {joint.mimics.name} ({joint.mimics.law})"
+    return f"{text} and moves with {leader} in the robot, which the leg lacks" if leader in chosen else text
 
 
 @dataclass(frozen=True, eq=False)

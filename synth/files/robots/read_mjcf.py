@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.robots.mjcf_constraints import follow_constraints
 from synth.files.robots.mjcf_contacts import contacts_of
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
 from synth.files.robots.mjcf_files import require_files_inside
@@ -30,7 +31,7 @@ EVEN_SPRING = (
 
 
 def read_mjcf(path: Path) -> Robot:
-    """The robot in its reference pose (``qpos0``).
+    """The robot in its reference pose (``qpos0``), with joints where an equality constraint on them puts them there.
 
     Raises
     ------
@@ -49,13 +50,14 @@ def read_mjcf(path: Path) -> Robot:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         raise UserError(Problem(f"cannot be compiled by MuJoCo: {'; '.join(lines)[:400]}", str(path))) from None
     data = mujoco.MjData(model)
+    followed = follow_constraints(mujoco, model, data.qpos)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     held = held_by_tendons(mujoco, model)
     arms = {arm for arm, _ in held.plays.values()}
     massless = {int(model.jnt_bodyid[arm]) for arm in arms}
     bodies = tuple(_body(model, data, index, massless=index in massless) for index in range(1, model.nbody))
-    read = {index: _joint(model, data, index, held) for index in range(model.njnt)}
+    read = {index: replace(_joint(model, data, index, held), mimics=followed.get(index)) for index in range(model.njnt)}
     for index, tendons in held.springs.items():
         sprung = with_springs(read[index], tendons)
         if sprung is None:
@@ -149,7 +151,7 @@ def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint
         kind,
         data.xaxis[index].copy(),
         data.xanchor[index].copy(),
-        float(model.qpos0[place]) if kind in ("hinge", "slide") else 0.0,
+        float(data.qpos[place]) if kind in ("hinge", "slide") else 0.0,
         linear[0],
         float(model.qpos_spring[place]) if kind in ("hinge", "slide") else 0.0,
         linear[1],

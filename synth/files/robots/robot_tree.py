@@ -43,6 +43,14 @@ class RobotContact:
     other_name: str
 
 
+@dataclass(frozen=True)
+class MimickedJoint:
+    """The joint that another one follows, by name, and the law: what the other's reading is, in words."""
+
+    name: str
+    law: str
+
+
 @dataclass(frozen=True, eq=False)
 class RobotJoint:
     """A joint between ``body`` and its parent, SI and radians.
@@ -54,7 +62,7 @@ class RobotJoint:
     damper's curve beside ``damping``, each (speed rad/s, slope N m s/rad). ``drag`` : a second damping term, (N m,
     power of the speed in rad/s). ``friction`` N m, dry. ``gap`` rad, the width of a backlash between link and spring.
     ``range`` of the reading. ``left_out`` : its features that a leg cannot represent; ``refused`` : why it cannot be a
-    leg's joint, empty if it can.
+    leg's joint, empty if it can. ``mimics`` : the joint that it follows, where ``reading`` follows from that law.
     """
 
     name: str
@@ -77,6 +85,7 @@ class RobotJoint:
     onset: float = 0.0
     losses: tuple[float, float, float] | None = None
     refused: str = ""
+    mimics: MimickedJoint | None = None
 
 
 @dataclass(frozen=True, eq=False)
