@@ -309,6 +309,30 @@ def test_mistakes_of_a_urdf(old: str, new: str, words: str, tmp_path: Path) -> N
         read_robot(written(tmp_path / "a.urdf", SMALL_URDF.replace(old, new)))
 
 
+@pytest.mark.parametrize(
+    ("limits", "told"),
+    [((0.0, 150.0), "write 0 and 2.618 there"), ((-90.0, 10.0), "write -1.571 and 0.1745"), ((-12.5, 12.5), "")],
+)
+def test_limits_that_look_like_degrees_are_doubted(limits: tuple[float, float], told: str, tmp_path: Path) -> None:
+    """Beyond two turns, in a format of radians; a note, for a joint may turn many times."""
+    urdf = SMALL_URDF.replace('lower="-1" upper="1"', f'lower="{limits[0]}" upper="{limits[1]}"')
+    text = ROBOT.format(**LOCKED).replace('range="-.7 4.5"', f'range="{limits[0]} {limits[1]}"')
+    for name, content, chain in (("a.urdf", urdf, "j"), ("a.xml", text, "thigh")):
+        picked = robot_leg(written(tmp_path / name, content), [chain], tip=0.2)
+        said = [item for item in picked.messages if item.startswith(f"{chain}: {name} has its limits in rad")]
+        assert len(said) == bool(told)
+        assert told in "".join(said)
+        assert picked.leg.joints[0].range == limits
+
+
+def test_limits_in_degrees_and_of_a_continuous_joint_are_not_doubted(tmp_path: Path) -> None:
+    text = ROBOT.format(**LOCKED).replace('range="-.7 4.5"', 'range="0 1500"').replace('angle="radian" ', "")
+    urdf = SMALL_URDF.replace('lower="-1" upper="1"', 'lower="0" upper="150"').replace("revolute", "continuous")
+    for name, content, chain in (("a.urdf", urdf, "j"), ("a.xml", text, "thigh")):
+        picked = robot_leg(written(tmp_path / name, content), [chain], tip=0.2)
+        assert not any("in rad" in item for item in picked.messages)
+
+
 def test_a_leg_that_no_project_reads_is_refused(tmp_path: Path) -> None:
     picked = pick_leg(read_robot(written(tmp_path / "a.urdf", SMALL_URDF)), ["j"])
     bad = picked.leg.with_joints(j={"link": replace(picked.leg.joints[0].link, inertia=-1.0)})

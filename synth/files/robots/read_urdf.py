@@ -14,7 +14,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.robots.mesh_points import mesh_points
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
-from synth.files.robots.robot_tree import Kind, MimickedJoint, Robot, RobotBody, RobotJoint
+from synth.files.robots.robot_tree import Kind, MimickedJoint, Robot, RobotBody, RobotJoint, doubtful_limits
 from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
@@ -91,7 +91,10 @@ def _followed(joint: RobotJoint, readings: Mapping[str, _Followed], mimic: Eleme
     own = readings[joint.name]
     shown = f"{degrees(own.offset):.4g} deg" if joint.kind == "hinge" else f"{own.offset:.4g} m"
     mimicked = MimickedJoint(own.joint, f"{own.multiplier:g} times the reading of {own.joint}, plus {shown}")
-    left_out = (f"it mimics {mimicked.name} ({mimicked.law}), which is left out",)
+    left_out = (
+        *joint.left_out,
+        f"it mimics {mimicked.name} ({mimicked.law}), which is left out",
+    )
     return replace(joint, reading=own.reading, mimics=mimicked, left_out=left_out)
 
 
@@ -291,4 +294,5 @@ class _UrdfReader:
             damping=damping,
             friction=friction,
             range=span,
+            left_out=doubtful_limits(span, self.path.name) if kind == "hinge" else (),
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import degrees, radians
 from typing import Literal
 
 from synth.arrays import Array
@@ -11,6 +12,9 @@ from synth.errors import UserError
 from synth.files.robots.robot_shapes import RobotShape
 from synth.files.validate import near
 
+# rad, two turns either way: beyond what a limb's joint turns, below most limits in degrees in a file of radians. A
+# choice: limits within 12 deg pass, and a joint of many turns is told in vain.
+MANY_TURNS = radians(720.0)
 Kind = Literal["hinge", "slide", "fixed", "free"]
 
 
@@ -125,3 +129,13 @@ class Robot:
             found.append(body)
             body = self.bodies[body].parent
         return found
+
+
+def doubtful_limits(limits: tuple[float, float] | None, file: str) -> tuple[str, ...]:
+    """A sentence where a hinge's limits, written in rad in ``file``, look like degrees."""
+    if limits is None or max(map(abs, limits)) <= MANY_TURNS:
+        return ()
+    lower, upper = limits
+    text = f"{file} has its limits in rad: {lower:.6g} and {upper:.6g} are {degrees(lower):.5g} and "
+    text += f"{degrees(upper):.5g} deg. If degrees were meant, write {radians(lower):.4g} and {radians(upper):.4g} "
+    return (f"{text}there; a joint of many turns is right so",)
