@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -66,11 +67,12 @@ def read_trials(
     ----------
     files
         one file, a list of paths such as ``sorted(folder.glob("*.csv"))``, or what a project lists under ``trials:``:
-        files, globs, or mappings such as ``{"file": "heavy.csv", "tip_mass": "50 g"}``.
+        files, globs, or mappings such as ``{"file": "heavy.csv", "tip_mass": "50 g"}``. Whole paths may be text too.
     leg
         the leg whose joints the columns belong to.
     folder
-        the folder that the names are relative to; default: the current one, of paths alone the one that holds all.
+        the folder that the names are relative to; default: the current one. A trial is named from it; where whole
+        paths lie elsewhere, or paths alone are given, from the folder that holds all.
 
     Raises
     ------
@@ -78,23 +80,68 @@ def read_trials(
         With every mistake of the list and of all files, or of a leg made in code.
     """
     check_leg(leg, in_code(IN_CODE))
-    if isinstance(files, Path) or (isinstance(files, str) and folder is None):
-        whole = Path(files)
-        return tuple(_read_trials([whole.name], whole.parent if folder is None else Path(folder) / whole.parent, leg))
+    if isinstance(files, Path) or (isinstance(files, str) and (folder is None or Path(files).is_absolute())):
+        whole = Path(folder or ".") / files
+        where = _fixed_folder(whole)
+        return tuple(_read_trials([whole.relative_to(where).as_posix()], where, leg))
     entries = [files] if isinstance(files, str) else list(files)
     if not entries:
         raise UserError('name a recording: read_trials(["trials/*.csv"], leg)')
-    paths = [entry for entry in entries if isinstance(entry, Path)]
-    where = Path(folder or ".")
-    if folder is None and len(paths) == len(entries):
-        where = Path(os.path.commonpath([path.absolute().parent for path in paths]))
-    names = [_name_in(where, entry) if isinstance(entry, Path) else entry for entry in entries]
+    base = Path(folder or ".")
+    paths = [_path_of(entry) for entry in entries]
+    where = _folder_of_all(base, paths, whole=folder is None)
+    names = [_entry_in(where, base, entry, path) for entry, path in zip(entries, paths, strict=True)]
     return tuple(_read_trials(names, where, leg))
 
 
-def _name_in(folder: Path, path: Path) -> str:
-    """A path as a project's list names it: relative to the folder, as given or where the whole path lies below it."""
-    given = folder.absolute() / path  # the path itself, if it is absolute
+Entry = str | Path | Mapping[str, Any]
+
+
+def _path_of(entry: Entry) -> Path | None:
+    """The path of an entry that is one, or whose text is a whole one; None for text of a project's list."""
+    text = entry.get("file") if isinstance(entry, Mapping) else entry
+    if isinstance(text, Path):
+        return text
+    return Path(text) if isinstance(text, str) and Path(text).is_absolute() else None
+
+
+def _folder_of_all(base: Path, paths: Sequence[Path | None], *, whole: bool) -> Path:
+    """The folder that holds every recording: ``base``, or what holds it and the whole paths that lie elsewhere.
+
+    ``whole`` : of paths alone it is the one that holds them, wherever ``base`` is.
+    """
+    given = [_fixed_folder(path.absolute()) for path in paths if path is not None and (whole or path.is_absolute())]
+    if whole and None not in paths:
+        return Path(os.path.commonpath(given))
+    top = base.absolute()
+    outside = [place for place in given if not place.is_relative_to(top)]
+    return Path(os.path.commonpath([top, *outside])) if outside else base
+
+
+def _fixed_folder(path: Path) -> Path:
+    """The deepest folder of a path, or of a glob, whose name is no pattern."""
+    named = (place for place in path.parents if place.is_dir() or not any(sign in str(place) for sign in "*?["))
+    return next(named, path)
+
+
+def _entry_in(where: Path, base: Path, entry: Entry, path: Path | None) -> str | Mapping[str, Any]:
+    """An entry as a project in the folder ``where`` lists it; text is relative to ``base``."""
+    if path is not None:
+        name = _name_in(where, base, path)
+        return {**entry, "file": name} if isinstance(entry, Mapping) else name
+    assert not isinstance(entry, Path)
+    text = entry.get("file") if isinstance(entry, Mapping) else entry
+    if where == base or not isinstance(text, str):
+        return entry
+    above = base.absolute().relative_to(where).as_posix()
+    pattern = any(sign in text for sign in "*?[")
+    name = f"{escape(above) if pattern else above}/{text}"
+    return {**entry, "file": name} if isinstance(entry, Mapping) else name
+
+
+def _name_in(folder: Path, base: Path, path: Path) -> str:
+    """A path as a list in ``folder`` names it: relative to ``base``, as given or where the whole path lies below it."""
+    given = base.absolute() / path  # the path itself, if it is absolute
     whole = given if given.exists() else path.absolute()
     top = folder.absolute()
     return whole.relative_to(top).as_posix() if whole.is_relative_to(top) else str(path)

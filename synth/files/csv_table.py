@@ -142,7 +142,8 @@ def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
     except StopIteration:
         raise UserError(Problem("is empty; the first line is the header, such as time [s],hip [deg]", name)) from None
     if titles[0].lstrip().startswith("#"):
-        raise UserError(Problem("begins with a comment; remove such lines, the header comes first", name, line))
+        text = "begins with a comment; remove such lines, the header comes first; of a header itself remove the # alone"
+        raise UserError(Problem(text, name, line))
     while titles and not titles[-1].strip():
         titles = titles[:-1]
     if len(titles) > COLUMN_LIMIT:

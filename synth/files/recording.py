@@ -15,7 +15,7 @@ from synth.drives.servo import ServoSignals
 from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
 from synth.files.csv_table import CsvTable, in_si, read_table
-from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault
+from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault, fitting_unit
 from synth.files.turns import WIDEST, unusual_travel, unwrapped, usual_angle, widest
 from synth.swing.leg_model import Leg
 from synth.units import factor
@@ -192,7 +192,10 @@ def _time_problems(columns: Columns) -> list[Problem]:
     back = np.flatnonzero(np.diff(time) <= 0)
     if not len(back):
         fault = clock_fault(time)
-        return [columns.problem(f"{fault}. {ANOTHER_UNIT} {columns.wording.clock}", "time", None)] if fault else []
+        if not fault:
+            return []
+        remedy = fitting_unit(time, columns.units["time"]) if columns.wording is FILE else ""
+        return [columns.problem(f"{fault}. {ANOTHER_UNIT} {columns.wording.clock}{remedy}", "time", None)]
     row = int(back[0]) + 1
     if columns.stamps is None:
         before, after = (f"{value:g}" for value in time[row - 1 : row + 1] / factor(columns.units["time"], "s"))

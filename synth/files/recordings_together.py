@@ -8,25 +8,31 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from itertools import combinations
-from math import degrees, radians
+from math import degrees, log, radians
 
 import numpy as np
 
 from synth.arrays import Array, finite_median
 from synth.errors import Problem
+from synth.units import factor, header
 
 SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual sample step; 1 Hz is the slowest supported motion
 ANOTHER_CLOCK = 100.0  # times the others' step: more than between a camera and the fastest encoder
 LEAST = 3  # recordings needed to identify a different one
 ANOTHER_UNIT = "Is the time in another unit?"
-IN_HEADER, IN_CODE = "Then say so in the header, such as time [ms]", "In code it is in s"
+IN_HEADER, IN_CODE = "Then say so in the header", "In code it is in s"
+UNITS = ("ns", "us", "ms", "s", "min", "h")  # of clocks
+USUAL_STEP = 0.01  # s, of cameras and servos: of several units that a clock may have, the one nearest to it is named
+# Times that a wrong unit makes a clock slower, and the units meant and written.
+WRONG_UNITS = {1e3: ("s", "ms"), 1e6: ("s", "us"), 1e9: ("s", "ns"), 60.0: ("min", "s"), 3600.0: ("h", "s")}
 FAR, NEARER = radians(15.0), 3.0  # from the others' usual angles; times nearer with two columns exchanged
 
 
 def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | None:
     """Faults of a recording's clock (n,) s by itself: implausible sample steps."""
     fault = clock_fault(time)
-    return Problem(f"{fault}. {ANOTHER_UNIT} {IN_HEADER}", name, 1, title) if fault else None
+    remedy = fitting_unit(time, header(title)[1])
+    return Problem(f"{fault}. {ANOTHER_UNIT} {IN_HEADER}{remedy}", name, 1, title) if fault else None
 
 
 def clock_fault(time: Array) -> str:
@@ -38,6 +44,17 @@ def clock_fault(time: Array) -> str:
     if SHORTEST_STEP <= step <= LONGEST_STEP:
         return ""
     return f"the samples are {step:.2g} s apart; a limb is recorded every {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s"
+
+
+def fitting_unit(time: Array, written: str) -> str:
+    """The end of a sentence: the unit with which a clock (n,) s, written in another one, has a usual step; or empty."""
+    step = float(np.median(np.diff(time))) / factor(written, "s")
+    steps = {unit: step * factor(unit, "s") for unit in UNITS}
+    usable = {unit: value for unit, value in steps.items() if USUAL_STEP / ANOTHER_CLOCK <= value <= LONGEST_STEP}
+    if not usable:
+        return ""
+    unit = min(usable, key=lambda each: abs(log(usable[each] / USUAL_STEP)))
+    return f": with time [{unit}] they would be {usable[unit]:.2g} s apart"
 
 
 def check_together(
@@ -75,12 +92,27 @@ def clocks_together(names: Sequence[str], times: Sequence[Array], *, in_code: bo
     usual = float(np.median(steps)) if len(steps) >= LEAST else float(steps.min())
     problems = []
     for name, step in zip(names, steps.tolist(), strict=True):
-        if max(step / usual, usual / step) >= ANOTHER_CLOCK:
-            times_as = f"{step / usual:.3g} times" if step > usual else f"1/{usual / step:.3g} of"
-            text = f"its samples are {step:.3g} s apart, {times_as} the step of the other recordings ({usual:.3g} s). "
-            text += f"{ANOTHER_UNIT} {IN_CODE if in_code else IN_HEADER}"
+        ratio = max(step / usual, usual / step)
+        if ratio >= ANOTHER_CLOCK:
+            apart = f"{float(f'{ratio:.3g}'):.0f} times {'' if step > usual else 'less than '}"
+            text = f"its samples are {step:.3g} s apart, {apart}the step of the other recordings ({usual:.3g} s). "
+            text += f"{ANOTHER_UNIT} {_other_unit(step, usual, in_code=in_code)}"
+            if len(steps) < LEAST:
+                text += "; of two recordings it may also be the other whose time is wrong"
             problems.append(Problem(text, name, 1, "time"))
     return problems
+
+
+def _other_unit(step: float, usual: float, *, in_code: bool) -> str:
+    """The unit, beside the one written, with which a clock's step in s is nearest to the usual one."""
+    larger = step < usual
+    times = min(WRONG_UNITS, key=lambda each: abs(log(max(step, usual) / min(step, usual) / each)))
+    then = f"they would be {step * times if larger else step / times:.3g} s apart"
+    if in_code:
+        return f"{IN_CODE}: {'multiplied' if larger else 'divided'} by {times:.0f}, {then}"
+    meant, written = WRONG_UNITS[times] if larger else WRONG_UNITS[times][::-1]
+    text = f"With one {times:.0f} times {'larger' if larger else 'smaller'} in its header, such as [{meant}] for "
+    return f"{text}[{written}], {then}"
 
 
 def _exchanged(names: Sequence[str], angles: Sequence[Array], joints: Sequence[str]) -> list[Problem]:

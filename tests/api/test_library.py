@@ -271,6 +271,34 @@ def test_recordings_are_named_by_paths(tmp_path: Path, monkeypatch: pytest.Monke
         synth.read_trials([Path("t/gone.csv")], leg)
 
 
+def test_recordings_are_named_by_whole_paths_as_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In code no file names them: a list of texts such as ``glob.glob`` gives was refused as "an absolute path"."""
+    fit = Path(synth.__file__).parent / "examples" / "fit"
+    leg = synth.read_leg(fit / "robot.leg.yaml")
+    for name in ("here/x.csv", "t/b [1].csv", "t/a.csv", "t/deep/c.csv"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text((fit / "trials" / "free_1.csv").read_text())
+    monkeypatch.chdir(tmp_path / "here")
+    t = str(tmp_path / "t")
+
+    def names(files: object, folder: str | None = None) -> list[str]:
+        return [trial.name for trial in synth.read_trials(files, leg, folder=folder)]  # type: ignore[arg-type]
+
+    assert names([f"{t}/a.csv"]) == ["a.csv"]
+    assert names([f"{t}/a.csv", f"{t}/b [1].csv"]) == ["a.csv", "b [1].csv"]
+    assert names([f"{t}/*.csv", f"{t}/*/c.csv"]) == ["a.csv", "b [1].csv", "deep/c.csv"]
+    assert names(f"{t}/*/c.csv") == ["deep/c.csv"]
+    assert names(f"{t}/a.csv", folder=t) == ["a.csv"]
+    assert names([f"{t}/a.csv"], folder=t) == ["a.csv"]
+    assert names([f"{t}/a.csv", "x.csv"]) == ["t/a.csv", "here/x.csv"]
+    assert names(["*.csv", {"file": f"{t}/a.csv", "tip_mass": "50 g"}]) == ["here/x.csv", "t/a.csv"]
+    assert names([{"file": "x.csv", "tip_mass": "50 g"}, Path(t, "a.csv")]) == ["here/x.csv", "t/a.csv"]
+    with pytest.raises(synth.UserError, match=r'"gone\.csv" does not exist'):
+        names([f"{t}/gone.csv"])
+    with pytest.raises(synth.UserError, match=r"5 is not a trial"):
+        names([5, f"{t}/a.csv"])
+
+
 def test_each_stage_ends_where_the_next_begins_and_an_error_ends_the_last() -> None:
     told: list[str] = []
 

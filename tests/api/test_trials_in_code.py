@@ -116,7 +116,8 @@ def test_trials_are_compared_with_each_other() -> None:
     made = [trial(name=name) for name in "abc"]
     slow = replace(made[0], time=TIME[:30] * 50.0, angles=ANGLES[:30])
     fast = [replace(each, time=each.time / 10.0) for each in made[1:]]
-    with pytest.raises(synth.UserError, match=r"^a: time: its samples are .* In code it is in s$"):
+    said = r"^a: time: its samples are .* In code it is in s: divided by 1000, they would be 0\.000375 s apart$"
+    with pytest.raises(synth.UserError, match=said):
         synth.fit(of(), [slow, *fast])
     with pytest.raises(synth.UserError, match=r"^trials\[1\]: name: 5 is no name"):
         synth.fit(of(), [made[0], trial(name=5)])

@@ -101,6 +101,37 @@ def test_the_plane_may_be_seen_from_the_other_side(tmp_path: Path) -> None:
         robot_leg(tmp_path / "b.xml", ["thigh", "calf"], "xz")
 
 
+@pytest.mark.parametrize(
+    ("yaw", "right"), [(45.0, "0.7071, 0.7071"), (-45.0, "0.7071, -0.7071"), (3.0, "0.9986, 0.05234"),
+                       (120.0, "-0.5, 0.866"), (200.0, "0.9397, 0.342")]
+)  # fmt: skip
+def test_a_leg_yawed_about_the_vertical_is_seen_in_its_own_plane(yaw: float, right: str, tmp_path: Path) -> None:
+    """It moves as MuJoCo moves the yawed robot, and is the leg that is not yawed, from one side or the other."""
+    turned = ROBOT.format(**LOCKED).replace('pos="0 0 1">', f'pos="0 0 1" euler="0 0 {math.radians(yaw)!r}">')
+    picked = robot_leg(written(tmp_path / "a.xml", turned), ["thigh", "calf"])
+    assert f"seen in their own, to the right is ({right}, 0)" in " ".join(picked.messages)
+    start = {"thigh": 0.9, "calf": -0.8}
+    np.testing.assert_allclose(moved_by_us(picked.leg, start, 0.4), moved_by_mujoco(turned, start, 0.4), atol=2e-6)
+    straight = robot_leg(written(tmp_path / "b.xml", ROBOT.format(**LOCKED)), ["thigh", "calf"]).leg
+    for here, there in zip(straight.joints, picked.leg.joints, strict=True):
+        assert there.sign * here.sign == (-1 if yaw == 200.0 else 1)
+        assert sizes(there) == pytest.approx(sizes(here), rel=1e-9)
+    with pytest.raises(UserError, match="at most 5 deg are allowed: choose other joints, or leave --plane out"):
+        robot_leg(tmp_path / "a.xml", ["thigh", "calf"], "yz" if abs(yaw) < 45.0 else "xz")
+
+
+def test_a_yawed_leg_whose_axes_are_not_quite_parallel(tmp_path: Path) -> None:
+    """Its plane is that of their mean; of world axes that are near enough the plane stays as given by these."""
+    bent = ROBOT.format(**LOCKED).replace('name="calf" axis="0 -1 0"', f'name="calf" axis="{math.sin(0.02)} -1 0"')
+    turned = bent.replace('pos="0 0 1">', f'pos="0 0 1" euler="0 0 {math.radians(30.0)!r}">')
+    said = " ".join(robot_leg(written(tmp_path / "a.xml", turned), ["thigh", "calf"]).messages)
+    assert "the axis of thigh is 0.57 deg off" in said
+    assert "the axis of calf is 0.57 deg off" in said
+    said = " ".join(robot_leg(written(tmp_path / "b.xml", bent), ["thigh", "calf"]).messages)
+    assert "the axis of calf is 1.1 deg off" in said
+    assert "seen in their own" not in said
+
+
 @pytest.mark.parametrize(("angle", "refused"), [(0.07, False), (0.1, True)])
 def test_an_axis_more_than_five_degrees_off_the_plane_is_refused(angle: float, refused: bool, tmp_path: Path) -> None:
     axis = f'axis="{math.sin(angle)} {-math.cos(angle)} 0"'
@@ -307,6 +338,30 @@ def test_mistakes_of_a_urdf(old: str, new: str, words: str, tmp_path: Path) -> N
     assert old in SMALL_URDF
     with pytest.raises(UserError, match=words):
         read_robot(written(tmp_path / "a.urdf", SMALL_URDF.replace(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("limits", "told"),
+    [((0.0, 150.0), "write 0 and 2.618 there"), ((-90.0, 10.0), "write -1.571 and 0.1745"), ((-12.5, 12.5), "")],
+)
+def test_limits_that_look_like_degrees_are_doubted(limits: tuple[float, float], told: str, tmp_path: Path) -> None:
+    """Beyond two turns, in a format of radians; a note, for a joint may turn many times."""
+    urdf = SMALL_URDF.replace('lower="-1" upper="1"', f'lower="{limits[0]}" upper="{limits[1]}"')
+    text = ROBOT.format(**LOCKED).replace('range="-.7 4.5"', f'range="{limits[0]} {limits[1]}"')
+    for name, content, chain in (("a.urdf", urdf, "j"), ("a.xml", text, "thigh")):
+        picked = robot_leg(written(tmp_path / name, content), [chain], tip=0.2)
+        said = [item for item in picked.messages if item.startswith(f"{chain}: {name} has its limits in rad")]
+        assert len(said) == bool(told)
+        assert told in "".join(said)
+        assert picked.leg.joints[0].range == limits
+
+
+def test_limits_in_degrees_and_of_a_continuous_joint_are_not_doubted(tmp_path: Path) -> None:
+    text = ROBOT.format(**LOCKED).replace('range="-.7 4.5"', 'range="0 1500"').replace('angle="radian" ', "")
+    urdf = SMALL_URDF.replace('lower="-1" upper="1"', 'lower="0" upper="150"').replace("revolute", "continuous")
+    for name, content, chain in (("a.urdf", urdf, "j"), ("a.xml", text, "thigh")):
+        picked = robot_leg(written(tmp_path / name, content), [chain], tip=0.2)
+        assert not any("in rad" in item for item in picked.messages)
 
 
 def test_a_leg_that_no_project_reads_is_refused(tmp_path: Path) -> None:

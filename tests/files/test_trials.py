@@ -146,7 +146,7 @@ def changed(row: int, text: str) -> str:
         (csv_text("time [s],hip [deg],knee velocty [deg/s]"), 1, "did you mean knee velocity"),
         ("time;hip;knee\n" + "1;2;3\n" * 9, 1, "semicolons"),
         ("time\thip\tknee\n" + "1\t2\t3\n" * 9, 1, "tabs"),
-        ("# recorded today\n" + csv_text(), 1, "comment"),
+        ("# recorded today\n" + csv_text(), 1, "of a header itself remove the # alone"),
         (changed(4, "# paused"), 6, "comment"),
         (changed(4, "0.04,abc,1"), 6, '"abc" is not a number'),
         (changed(4, "0.04,1_000,1"), 6, "not a number"),
@@ -398,6 +398,35 @@ def test_one_recording_in_milliseconds_or_with_exchanged_columns_is_named(tmp_pa
     (swapped,) = several(tmp_path, lambda values: values[:, [0, 2, 1]])
     assert swapped.file == "1.csv"
     assert "the columns of hip and knee look exchanged" in swapped.text
+
+
+@pytest.mark.parametrize(
+    ("slower", "said"),
+    [
+        (1e-3, "1000 times less than the step of the other recordings (0.001 s). Is the time in another unit? With one "
+         "1000 times larger in its header, such as [s] for [ms], they would be 0.001 s apart"),
+        (200.0, "200 times the step of the other recordings (0.001 s). Is the time in another unit? With one "
+         "60 times smaller in its header, such as [s] for [min], they would be 0.00333 s apart"),
+    ],
+)  # fmt: skip
+def test_the_unit_that_makes_the_clocks_agree_is_named(tmp_path: Path, slower: float, said: str) -> None:
+    (problem,) = several(tmp_path, lambda values: values * [slower, 1.0, 1.0])
+    assert problem.text.endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("written", "step", "said"),
+    [
+        ("s", 7.5, ": with time [ms] they would be 0.0075 s apart"),
+        ("s", 5e6, ": with time [ns] they would be 0.005 s apart"),
+        ("ns", 0.01, ": with time [s] they would be 0.01 s apart"),
+        ("s", 1e-9, "Then say so in the header"),
+    ],
+)
+def test_the_unit_of_a_clock_that_no_recorder_has(tmp_path: Path, written: str, step: float, said: str) -> None:
+    rows = [f"{i * step:.12g},{90 + i},{150 - i}" for i in range(10)]
+    (problem,) = refused(tmp_path, csv_text(f"time [{written}],hip [deg],knee [deg]", rows=rows))
+    assert problem.text.endswith(said)
 
 
 def test_angles_that_only_lie_elsewhere_are_no_mistake(tmp_path: Path) -> None:

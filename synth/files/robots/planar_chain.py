@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import atan2, degrees, radians
+from math import atan2, degrees
 
 import numpy as np
 
@@ -13,14 +13,13 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.robot_bodies import tip_names
+from synth.files.robots.leg_plane import LegPlane, plane_of_leg
 from synth.files.robots.mjcf_dampers import curve_of
 from synth.files.robots.outer_forces import contact_messages, felt_share
 from synth.files.robots.robot_tree import Robot, RobotJoint
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
-MOST_OFF_PLANE = radians(5.0)  # more moves the limb sideways by over 9 % of its motion, which is lost
 WORTH_SAYING = 0.01  # of a link's own length, offset from its line
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # of the world
 NOTHING = 1e-12  # kg or m, that counts as none
 
 
@@ -32,33 +31,6 @@ class PickedLeg:
     messages: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Plane:
-    """Unit vectors (3,): to the right, up, and the one that counter-clockwise rotation is about."""
-
-    right: Array
-    up: Array
-
-    @property
-    def normal(self) -> Array:
-        return np.cross(self.right, self.up)
-
-    @property
-    def name(self) -> str:
-        """As ``--plane`` has it, by the nearest axes."""
-        return "".join(
-            max(AXES, key=lambda key: abs(float(way @ np.array(AXES[key])))) for way in (self.right, self.up)
-        )
-
-    def flat(self, points: Array) -> Array:
-        """(..., 2) coordinates right and up of points (..., 3)."""
-        return np.asarray(points @ np.stack([self.right, self.up], axis=1))
-
-    def lifted(self, point: Array) -> Array:
-        """(3,) in the plane through the world's origin, from coordinates (2,) right and up."""
-        return np.asarray(point @ np.stack([self.right, self.up]))
-
-
 def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: float | None = None) -> PickedLeg:
     """The chain of joints as a leg whose measured angles are the robot's joint readings.
 
@@ -67,7 +39,8 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     chain
         1 to 6 hinges, proximal to distal, each below the one before it.
     plane
-        two axes of the world, to the right and up, such as ``xz``; None: the one that the first axis is normal to.
+        two axes of the world, to the right and up, such as ``xz``; None: the one that the joints' axes are normal to,
+        or where these are horizontal and parallel to none of the world's the vertical plane normal to them.
     tip
         m, from the last joint to the end of the last link; None: to the frame ``JOINT tip`` or ``JOINT_tip``, if
         there is one, else to the end of its farthest shape or fixed frame.
@@ -79,8 +52,8 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
         file compensates the weight of its bodies by different shares.
     """
     joints = _chain(robot, chain)
-    seen = _plane(robot, joints, plane)
-    messages = [*robot.left_out, *_tilted(joints, seen)]
+    seen, found = plane_of_leg(robot, joints, plane)
+    messages = [*robot.left_out, *found]
     groups = _groups(robot, joints, messages)
     anchors = seen.flat(np.stack([joint.anchor for joint in joints]))
     base = robot.bodies[joints[0].body].parent
@@ -140,43 +113,6 @@ def _chain(robot: Robot, chain: Sequence[str]) -> list[RobotJoint]:
     return joints
 
 
-def _plane(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) -> _Plane:
-    """The given plane, or that of two world axes nearest to the first joint's plane of motion."""
-    size = float(np.linalg.norm(robot.gravity))
-    vertical = -robot.gravity / size if size else np.array(AXES["z"])
-    if plane is not None:
-        words = plane.replace(",", "").strip().casefold()
-        if len(words) != 2 or words[0] == words[1] or not set(words) <= set(AXES):
-            raise UserError(Problem(f'"{plane}" is no plane; write two axes of the world, such as xz', key="--plane"))
-        seen = _Plane(np.array(AXES[words[0]]), np.array(AXES[words[1]]))
-        lean = np.degrees(np.arccos(np.clip(float(seen.up @ vertical), -1.0, 1.0)))
-        if lean > degrees(MOST_OFF_PLANE):
-            text = f"{words[1]} is {lean:.3g} deg from up: gravity would leave the plane; the second axis is up"
-            raise UserError(Problem(text, key="--plane"))
-        return seen
-    axis = np.abs(joints[0].axis)
-    right = max((np.array(AXES[name]) for name in "xy"), key=lambda each: -float(axis @ each))
-    return _Plane(right, vertical)
-
-
-def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
-    """Refuse axes that leave the plane; report small deviations."""
-    problems, messages = [], []
-    for joint in joints:
-        off = float(np.arccos(np.clip(abs(joint.axis @ seen.normal), 0.0, 1.0)))
-        if off > MOST_OFF_PLANE:
-            text = f"the axis of {joint.name} is {degrees(off):.1f} deg off the normal of the plane {seen.name}; at "
-            text += f"most {degrees(MOST_OFF_PLANE):.0f} deg are allowed: choose other joints, or another --plane"
-            problems.append(Problem(text))
-        elif degrees(off) > 0.01:  # below the rounding of axes in robot files
-            messages.append(
-                f"the axis of {joint.name} is {degrees(off):.2g} deg off the plane's normal; taken as normal"
-            )
-    if problems:
-        raise UserError(problems)
-    return messages
-
-
 def _groups(robot: Robot, joints: Sequence[RobotJoint], messages: list[str]) -> list[list[int]]:
     """The bodies of each link: all below its joint and above the next; every other joint is locked."""
     owner = {joint.body: index for index, joint in enumerate(joints)}
@@ -193,11 +129,25 @@ def _groups(robot: Robot, joints: Sequence[RobotJoint], messages: list[str]) -> 
     ]
     for joint in locked:
         where = f"at {degrees(joint.reading):.4g} deg" if joint.kind == "hinge" else "where it stands"
-        messages.append(f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped")
+        text = f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped"
+        messages.append(text + _following(robot, joint, chosen))
     above = [joint.name or "the free joint" for joint in robot.joints if joint.body in base and joint.kind != "fixed"]
     if above:
         messages.append(f"the body is held: {', '.join(above)} above the chain cannot move")
     return groups
+
+
+def _following(robot: Robot, joint: RobotJoint, chosen: set[str]) -> str:
+    """The end of a locked joint's sentence: what it mimics, and whether it moves with the chain in the robot."""
+    if joint.mimics is None:
+        return ""
+    by = {each.name: each for each in robot.joints}
+    leader, seen = joint.mimics.name, {joint.name}
+    while leader in by and leader not in chosen | seen and (above := by[leader].mimics) is not None:
+        seen.add(leader)
+        leader = above.name
+    text = f"; it mimics {joint.mimics.name} ({joint.mimics.law})"
+    return f"{text} and moves with {leader} in the robot, which the leg lacks" if leader in chosen else text
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +159,7 @@ class _Lumped:
     inertia: float
 
     @classmethod
-    def of(cls, robot: Robot, bodies: Sequence[int], seen: _Plane) -> _Lumped:
+    def of(cls, robot: Robot, bodies: Sequence[int], seen: LegPlane) -> _Lumped:
         parts = [robot.bodies[index] for index in bodies]
         mass = sum(body.mass for body in parts)
         if mass <= NOTHING:
@@ -227,7 +177,7 @@ def _last(
     bodies: Sequence[int],
     anchor: Array,
     lumped: _Lumped,
-    seen: _Plane,
+    seen: LegPlane,
     tip: float | None,
     messages: list[str],
 ) -> tuple[Array, float]:
@@ -265,7 +215,7 @@ def _last(
 
 def _joint(
     joint: RobotJoint,
-    seen: _Plane,
+    seen: LegPlane,
     anchor: Array,
     lumped: _Lumped,
     length: float,
@@ -327,7 +277,7 @@ def _effects(joint: RobotJoint) -> dict[str, dict[str, float]]:
     return effects
 
 
-def _turn(rotation: Array, seen: _Plane) -> float:
+def _turn(rotation: Array, seen: LegPlane) -> float:
     """The rotation of a body's frame in the plane, rad; 0 if it is rotated out of the plane."""
     up = rotation @ seen.up
     return float(atan2(-(up @ seen.right), up @ seen.up)) if abs(up @ seen.normal) < 1e-9 else 0.0

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.robots.mjcf_constraints import follow_constraints
 from synth.files.robots.mjcf_contacts import contacts_of
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
 from synth.files.robots.mjcf_files import require_files_inside
 from synth.files.robots.mjcf_spring_tendons import with_springs
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
-from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
+from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint, doubtful_limits
 
 SHOWN = 4  # names of what is left out
 LINEAR = 1e-12  # of the linear coefficient, below which other terms of a polynomial are ignored
@@ -30,7 +31,7 @@ EVEN_SPRING = (
 
 
 def read_mjcf(path: Path) -> Robot:
-    """The robot in its reference pose (``qpos0``).
+    """The robot in its reference pose (``qpos0``), with joints where an equality constraint on them puts them there.
 
     Raises
     ------
@@ -49,13 +50,18 @@ def read_mjcf(path: Path) -> Robot:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         raise UserError(Problem(f"cannot be compiled by MuJoCo: {'; '.join(lines)[:400]}", str(path))) from None
     data = mujoco.MjData(model)
+    followed = follow_constraints(mujoco, model, data.qpos)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     held = held_by_tendons(mujoco, model)
     arms = {arm for arm, _ in held.plays.values()}
     massless = {int(model.jnt_bodyid[arm]) for arm in arms}
     bodies = tuple(_body(model, data, index, massless=index in massless) for index in range(1, model.nbody))
-    read = {index: _joint(model, data, index, held) for index in range(model.njnt)}
+    read = {index: replace(_joint(model, data, index, held), mimics=followed.get(index)) for index in range(model.njnt)}
+    title, in_radians = _written(path)
+    for index, joint in read.items() if in_radians else ():
+        doubt = doubtful_limits(joint.range, path.name) if joint.kind == "hinge" else ()
+        read[index] = replace(joint, left_out=(*joint.left_out, *doubt))
     for index, tendons in held.springs.items():
         sprung = with_springs(read[index], tendons)
         if sprung is None:
@@ -68,7 +74,7 @@ def read_mjcf(path: Path) -> Robot:
         read[index] = with_arm(read[index], read[arm], gap)
     joints = tuple(joint for index, joint in read.items() if index not in arms)
     name = _name(mujoco, model, "mjOBJ_BODY", 1) if model.nbody > 1 else ""
-    title = _title(path) or name or path.stem
+    title = title or name or path.stem
     marks = {_name(mujoco, model, "mjOBJ_SITE", index): data.site_xpos[index].copy() for index in range(model.nsite)}
     left_out = _left_out(mujoco, model, held.read)
     weighs = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
@@ -76,14 +82,15 @@ def read_mjcf(path: Path) -> Robot:
     return Robot(title, bodies, joints, gravity, left_out, marks, contacts_of(mujoco, model))
 
 
-def _title(path: Path) -> str:
-    """The ``model`` attribute of the file's root, which the compiled model keeps only among its names."""
+def _written(path: Path) -> tuple[str, bool]:
+    """What the compiled model does not tell: the root's ``model`` attribute, and whether angles are in radians."""
     from xml.etree.ElementTree import ParseError, parse
 
     try:
-        return parse(path).getroot().get("model") or ""
+        root = parse(path).getroot()
     except (ParseError, OSError):
-        return ""
+        return "", False
+    return root.get("model") or "", any(item.get("angle") == "radian" for item in root.iter("compiler"))
 
 
 def _name(mujoco: Any, model: Any, kind: str, index: int) -> str:
@@ -149,7 +156,7 @@ def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint
         kind,
         data.xaxis[index].copy(),
         data.xanchor[index].copy(),
-        float(model.qpos0[place]) if kind in ("hinge", "slide") else 0.0,
+        float(data.qpos[place]) if kind in ("hinge", "slide") else 0.0,
         linear[0],
         float(model.qpos_spring[place]) if kind in ("hinge", "slide") else 0.0,
         linear[1],

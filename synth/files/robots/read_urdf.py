@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import degrees
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -12,7 +14,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.robots.mesh_points import mesh_points
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
-from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
+from synth.files.robots.robot_tree import Kind, MimickedJoint, Robot, RobotBody, RobotJoint, doubtful_limits
 from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
@@ -29,7 +31,7 @@ KINDS: dict[str, Kind] = {
 
 
 def read_urdf(path: Path) -> Robot:
-    """The robot with every joint at zero.
+    """The robot with every joint at zero, or where that puts it if it mimics another.
 
     Raises
     ------
@@ -42,6 +44,7 @@ def read_urdf(path: Path) -> Robot:
     joints = [item for item in root.findall("joint") if item.find("parent") is not None]
     reader.named(joints)
     order = reader.ordered(links, joints)
+    readings = reader.readings(joints)
     reader.finish()
     bodies: list[RobotBody] = []
     found: list[RobotJoint] = []
@@ -54,10 +57,10 @@ def read_urdf(path: Path) -> Robot:
             own_place, own_turn = reader.origin(joint)
             above = bodies[parent]
             turn, place = above.rotation @ own_turn, above.position + above.rotation @ own_place
+            found.append(_followed(reader.joint(joint, len(bodies), turn, place), readings, joint.find("mimic")))
+            turn, place = _moved(found[-1], turn, place)
         places[name] = len(bodies)
         bodies.append(reader.body(links[name], name, parent, turn, place))
-        if joint is not None:
-            found.append(reader.joint(joint, places[name], turn, place))
     reader.finish()
     transmissions = len(root.findall("transmission"))
     left_out = (f"{transmissions} transmission{'s' if transmissions > 1 else ''} left out",) if transmissions else ()
@@ -79,6 +82,42 @@ def _root(path: Path) -> Element:
 def _named(joint: Element, tag: str) -> str:
     item = joint.find(tag)
     return "" if item is None else item.get("link", "")
+
+
+def _followed(joint: RobotJoint, readings: Mapping[str, _Followed], mimic: Element | None) -> RobotJoint:
+    """The joint at its reading; one that mimics another with the law."""
+    if mimic is None or joint.name not in readings:
+        return joint
+    own = readings[joint.name]
+    shown = f"{degrees(own.offset):.4g} deg" if joint.kind == "hinge" else f"{own.offset:.4g} m"
+    mimicked = MimickedJoint(own.joint, f"{own.multiplier:g} times the reading of {own.joint}, plus {shown}")
+    left_out = (
+        *joint.left_out,
+        f"it mimics {mimicked.name} ({mimicked.law}), which is left out",
+    )
+    return replace(joint, reading=own.reading, mimics=mimicked, left_out=left_out)
+
+
+def _moved(joint: RobotJoint, turn: Array, place: Array) -> tuple[Array, Array]:
+    """Rotation (3, 3) and position (3,) of the body below a joint at its reading, from those at 0."""
+    if joint.kind == "slide":
+        return turn, place + joint.reading * joint.axis
+    if joint.kind != "hinge" or not joint.reading:
+        return turn, place
+    x, y, z = joint.axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    about = np.eye(3) + np.sin(joint.reading) * cross + (1.0 - np.cos(joint.reading)) * cross @ cross  # Rodrigues
+    return about @ turn, place
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """A joint's reading, rad or m, of one that mimics ``joint`` by a multiplier and an offset, rad or m."""
+
+    reading: float = 0.0
+    joint: str = ""
+    multiplier: float = 0.0
+    offset: float = 0.0
 
 
 class _UrdfReader:
@@ -160,6 +199,28 @@ class _UrdfReader:
             waiting = [name for name in waiting if name not in done]
         return list(done.items())
 
+    def readings(self, joints: list[Element]) -> dict[str, _Followed]:
+        """The reading of each joint by name: 0, or where that puts one that mimics another."""
+        laws = {joint.get("name", ""): mimic for joint in joints if (mimic := joint.find("mimic")) is not None}
+        found = {joint.get("name", ""): _Followed() for joint in joints if joint.find("mimic") is None}
+        waiting = list(laws)
+        for name in waiting:
+            if (other := laws[name].get("joint", "")) not in laws and other not in found:
+                self.refuse(f'mimics "{other}", which is no joint of the file', f"joint {name}")
+                return found
+        while waiting:
+            ready = [name for name in waiting if laws[name].get("joint") in found]
+            if not ready:
+                self.refuse("mimics itself, by way of other joints or at once", f"joint {waiting[0]}")
+                break
+            for name in ready:
+                other, key = laws[name].get("joint", ""), f"joint {name}"
+                multiplier = float(self.numbers(laws[name], "multiplier", "1", key)[0])
+                offset = self.number(laws[name], "offset", key)
+                found[name] = _Followed(multiplier * found[other].reading + offset, other, multiplier, offset)
+            waiting = [name for name in waiting if name not in found]
+        return found
+
     def body(self, link: Element, name: str, parent: int, turn: Array, place: Array) -> RobotBody:
         """A link with its inertia and the ends of its shapes, in the world."""
         inertial, key = link.find("inertial"), f"link {name}"
@@ -224,7 +285,6 @@ class _UrdfReader:
         damping, friction = (self.number(dynamics, item, key) for item in ("damping", "friction"))
         if damping < 0.0 or friction < 0.0:
             self.refuse(f"has the damping {damping:g} and the friction {friction:g}; neither may be negative", key)
-        left_out = ("it mimics another joint, which is left out",) if joint.find("mimic") is not None else ()
         return RobotJoint(
             name,
             body,
@@ -234,5 +294,5 @@ class _UrdfReader:
             damping=damping,
             friction=friction,
             range=span,
-            left_out=left_out,
+            left_out=doubtful_limits(span, self.path.name) if kind == "hinge" else (),
         )

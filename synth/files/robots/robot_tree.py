@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import degrees, radians
 from typing import Literal
 
 from synth.arrays import Array
@@ -11,6 +12,9 @@ from synth.errors import UserError
 from synth.files.robots.robot_shapes import RobotShape
 from synth.files.validate import near
 
+# rad, two turns either way: beyond what a limb's joint turns, below most limits in degrees in a file of radians. A
+# choice: limits within 12 deg pass, and a joint of many turns is told in vain.
+MANY_TURNS = radians(720.0)
 Kind = Literal["hinge", "slide", "fixed", "free"]
 
 
@@ -43,6 +47,14 @@ class RobotContact:
     other_name: str
 
 
+@dataclass(frozen=True)
+class MimickedJoint:
+    """The joint that another one follows, by name, and the law: what the other's reading is, in words."""
+
+    name: str
+    law: str
+
+
 @dataclass(frozen=True, eq=False)
 class RobotJoint:
     """A joint between ``body`` and its parent, SI and radians.
@@ -54,7 +66,7 @@ class RobotJoint:
     damper's curve beside ``damping``, each (speed rad/s, slope N m s/rad). ``drag`` : a second damping term, (N m,
     power of the speed in rad/s). ``friction`` N m, dry. ``gap`` rad, the width of a backlash between link and spring.
     ``range`` of the reading. ``left_out`` : its features that a leg cannot represent; ``refused`` : why it cannot be a
-    leg's joint, empty if it can.
+    leg's joint, empty if it can. ``mimics`` : the joint that it follows, where ``reading`` follows from that law.
     """
 
     name: str
@@ -77,6 +89,7 @@ class RobotJoint:
     onset: float = 0.0
     losses: tuple[float, float, float] | None = None
     refused: str = ""
+    mimics: MimickedJoint | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,3 +129,13 @@ class Robot:
             found.append(body)
             body = self.bodies[body].parent
         return found
+
+
+def doubtful_limits(limits: tuple[float, float] | None, file: str) -> tuple[str, ...]:
+    """A sentence where a hinge's limits, written in rad in ``file``, look like degrees."""
+    if limits is None or max(map(abs, limits)) <= MANY_TURNS:
+        return ()
+    lower, upper = limits
+    text = f"{file} has its limits in rad: {lower:.6g} and {upper:.6g} are {degrees(lower):.5g} and "
+    text += f"{degrees(upper):.5g} deg. If degrees were meant, write {radians(lower):.4g} and {radians(upper):.4g} "
+    return (f"{text}there; a joint of many turns is right so",)

@@ -168,8 +168,9 @@ _READING = ((), ("value",), ("position",))  # after a joint's name in the paths 
 
 
 def _parts(name: str) -> tuple[str, ...]:
-    """The parts of a path, of a plain name one, without case, blanks, underscores and dashes."""
-    parts = [re.sub(r"[\s_-]+", "", part).casefold() for part in name.split("/") if part]
+    """The parts of a path, of a plain name one, without case, blanks, underscores, dashes and a comment's mark."""
+    whole = re.sub(r"^\s*[#%]+\s*(?=\S)", "", name)  # %time: the first name of a header that is a comment
+    parts = [re.sub(r"[\s_-]+", "", part).casefold() for part in whole.split("/") if part]
     return tuple(parts) or (name,)
 
 

@@ -1,6 +1,7 @@
 """Plain CSV from any logger: other column names, units in brackets or in the project, commas, semicolons or tabs.
 
-Comment lines before the header are skipped. A second row of units only (``s;deg;deg``) is recognised.
+Comment lines before the header are skipped. Where numbers follow them directly, the last one is the header, as numpy's
+``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is recognised.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from synth.motion.importers.registry import UTF_16, loader, text_start
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 TRIED = 20  # lines, header included, by which the separator is chosen
 COMMENTS = ("#", "%", "//")
+_MARK = re.compile(r"\s*(?:#+|%+|//+)\s*")  # with which a comment begins
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _ELECTRIC = re.compile(r"volt|supply|battery|current|torque|effort|moment", re.IGNORECASE)
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
@@ -51,14 +53,14 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
             if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
     while numbered and not any(cell.strip() for cell in numbered[-1][1]):
         numbered.pop()  # between others such a row is a missing sample, where the rows are the clock; here it is none
+    if numbered and _holds_numbers(numbered[0][1], separator):
+        numbered = [*_commented_header(lines[:above], numbered[0], separator, name), *numbered]
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
     if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))
     titles = [cell.strip() for cell in rows[0]]
     while titles and not titles[-1]:
         titles = titles[:-1]
-    if any(_number(title, separator) is not None for title in titles):
-        raise UserError(Problem("begins with numbers; its first line must name the columns", name, numbers[0]))
     names, found_units = zip(*map(title_and_unit, titles), strict=True)
     first = 1
     if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
@@ -72,6 +74,45 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
         return [exact_number(pointed(row[column], separator)) for row in rows[first:]]
 
     return Channels(name, tuple(names), tuple(found_units), values, numbers=exact)
+
+
+def _holds_numbers(row: list[str], separator: str) -> bool:
+    return any(_number(cell, separator) is not None for cell in row)
+
+
+def _commented_header(
+    above: list[str], first: tuple[int, list[str]], separator: str, name: str
+) -> list[tuple[int, list[str]]]:
+    """The header (line, cells), and below it the row of units if there is one, of comments above the first numbers.
+
+    ``above`` : the lines before the first numbers, all of them comments or blank; ``first`` : the line and cells of
+    these numbers.
+
+    Raises
+    ------
+    UserError : the last comment does not name each column.
+    """
+    width = len(first[1])
+    while width and not first[1][width - 1].strip():
+        width -= 1
+    comments = [(line, _titles(text, separator, name)) for line, text in enumerate(above, 1) if text.strip()]
+    named = [(line, row) for line, row in comments[-2:]
+             if len(row) == width and all(row) and not _holds_numbers(row, separator)]  # fmt: skip
+    if not named or named[-1] != comments[-1]:
+        text = "begins with numbers; its first line must name the columns"
+        if comments:
+            text = f"begins with numbers, and the comment above does not name their {width} columns; write a header"
+        raise UserError(Problem(text, name, first[0]))
+    return named if len(named) == 2 and all(map(_is_unit, named[-1][1])) else named[-1:]
+
+
+def _titles(comment: str, separator: str, name: str) -> list[str]:
+    """The cells of a comment without its mark and without empty ones at its end."""
+    text = _MARK.sub("", comment, count=1)
+    cells = [cell.strip() for cell in next((row for _, row in csv_rows(text, name, separator=separator)), [])]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
 
 
 def _separator(lines: list[str], name: str) -> str:

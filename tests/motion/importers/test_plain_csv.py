@@ -77,6 +77,36 @@ def test_a_table_in_utf_16_is_recognised(tmp_path: Path, encoding: str) -> None:
     np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
 
 
+@pytest.mark.parametrize("separator", [",", "\t"])
+def test_numpys_header_is_a_comment(tmp_path: Path, separator: str) -> None:
+    """``savetxt`` writes ``# `` before each line of its header, of which the last names the columns."""
+    time, measured = angles()
+    header = "logger 7\n" + separator.join(("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]"))
+    np.savetxt(tmp_path / "a.csv", np.column_stack([time, measured]), delimiter=separator, header=header)
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.csv").angles), measured, atol=1e-9)
+
+
+def test_a_commented_row_of_units_under_commented_names(tmp_path: Path) -> None:
+    time, measured = angles()
+    table_ = np.column_stack([time, measured])
+    np.savetxt(tmp_path / "a.csv", table_, delimiter=",", header="t,hip,knee,ankle\ns,deg,deg,deg", comments="% ")
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.csv").angles), measured, atol=1e-9)
+
+
+@pytest.mark.parametrize("clock", ["%time", "time"])
+def test_rostopics_echo_with_its_clock_in_ns(tmp_path: Path, clock: str) -> None:
+    """``rostopic echo -b x.bag -p``: the header's first name is ``%time``, the epoch in ns."""
+    time, measured = angles()
+    rows = [f"{1_700_000_000_123_456_768 + round(t * 1e9)},base,{','.join(map(str, np.radians(row)))}\n"
+            for t, row in zip(time, measured, strict=True)]  # fmt: skip
+    header = "%time,field.header.frame_id,field.position0,field.position1,field.position2\n"
+    (tmp_path / "a.csv").write_text(header + "".join(rows))
+    columns = {name: JointColumn(f"field.position{k}", unit="rad") for k, name in enumerate(("hip", "knee", "ankle"))}
+    found = imported(tmp_path / "a.csv", Mapping(joints=columns, time=clock, time_unit="ns"))
+    np.testing.assert_allclose(np.degrees(found.angles), measured, atol=1e-9)
+    np.testing.assert_allclose(found.time, time, atol=1e-12)
+
+
 def test_rows_of_separators_at_the_end_are_no_samples(tmp_path: Path) -> None:
     """As spreadsheets leave them."""
     text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
@@ -186,6 +216,8 @@ def test_a_joint_seen_only_before_the_release_is_refused(tmp_path: Path) -> None
         (b"", r"is empty"),
         (b"time [s],hip [deg]\n", r"has no rows below its header"),
         (b"0,1,2,3\n1,2,3,4\n", r":1: begins with numbers; its first line must name the columns"),
+        (b"# a, b\n\n0,1,2\n1,2,3\n", r":3: begins with numbers, and the comment above does not name their 3 columns"),
+        (b"# 1,2,3\n0,1,2\n1,2,3\n", r":2: begins with numbers, and the comment above does not name their 3 col"),
         (b"time [s],hip [deg],hip [rad]\n0,1,2\n", r'column "hip" is given twice'),
         (b"time [s],hip [deg]\n0,1\n1,x\n", r':3: hip \[deg\]: "x" is not a number; leave the cell empty'),
         (b"time [s],hip [deg]\n0,1\n1\n", r":3: has 1 cells where the header has 2 columns"),

@@ -1,0 +1,130 @@
+"""The vertical plane in which a robot's chain of joints turns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees, radians
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.robots.robot_tree import Robot, RobotJoint
+
+MOST_OFF_PLANE = radians(5.0)  # more moves the limb sideways by over 9 % of its motion, which is lost
+ROUNDING = radians(0.01)  # of axes in robot files
+ALIKE = 1e-3  # of a direction's components, which of the world's axes it is nearer to
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # of the world
+
+
+@dataclass(frozen=True, eq=False)
+class LegPlane:
+    """Unit vectors (3,): to the right, up, and the one that counter-clockwise rotation is about."""
+
+    right: Array
+    up: Array
+
+    @property
+    def normal(self) -> Array:
+        return np.cross(self.right, self.up)
+
+    @property
+    def name(self) -> str:
+        """As ``--plane`` has it, by the nearest axes."""
+        return "".join(
+            max(AXES, key=lambda key: abs(float(way @ np.array(AXES[key])))) for way in (self.right, self.up)
+        )
+
+    def flat(self, points: Array) -> Array:
+        """(..., 2) coordinates right and up of points (..., 3)."""
+        return np.asarray(points @ np.stack([self.right, self.up], axis=1))
+
+    def lifted(self, point: Array) -> Array:
+        """(3,) in the plane through the world's origin, from coordinates (2,) right and up."""
+        return np.asarray(point @ np.stack([self.right, self.up]))
+
+
+def plane_of_leg(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) -> tuple[LegPlane, list[str]]:
+    """The plane as given, else that of the axes, and sentences on small deviations.
+
+    Raises
+    ------
+    UserError
+        If an axis is more than 5 degrees off the plane's normal, or the given plane is not vertical.
+    """
+    size = float(np.linalg.norm(robot.gravity))
+    vertical = -robot.gravity / size if size else np.array(AXES["z"])
+    own = _of_the_axes(joints, vertical)
+    if plane is not None:
+        seen = _given(plane, vertical)
+        return seen, _off_plane(joints, seen, ", or another --plane" if own is None else ", or leave --plane out")
+    seen = _of_the_world(joints, vertical)
+    off = max(_off(joint, seen) for joint in joints)
+    parallel = all(abs(float(joint.axis @ joints[0].axis)) >= np.cos(ROUNDING) for joint in joints)
+    if own is None or off <= (ROUNDING if parallel else MOST_OFF_PLANE):
+        return seen, _off_plane(joints, seen, "")
+    way = ", ".join(f"{value:.4g}" for value in np.round(own.right, 9) + 0.0)
+    turned = f"no plane of the world's axes is normal to the joints' axes; seen in their own, to the right is ({way})"
+    return own, [turned, *_off_plane(joints, own, "")]
+
+
+def _given(plane: str, vertical: Array) -> LegPlane:
+    """The plane of two of the world's axes."""
+    words = plane.replace(",", "").strip().casefold()
+    if len(words) != 2 or words[0] == words[1] or not set(words) <= set(AXES):
+        raise UserError(Problem(f'"{plane}" is no plane; write two axes of the world, such as xz', key="--plane"))
+    seen = LegPlane(np.array(AXES[words[0]]), np.array(AXES[words[1]]))
+    lean = np.degrees(np.arccos(np.clip(float(seen.up @ vertical), -1.0, 1.0)))
+    if lean > degrees(MOST_OFF_PLANE):
+        text = f"{words[1]} is {lean:.3g} deg from up: gravity would leave the plane; the second axis is up"
+        raise UserError(Problem(text, key="--plane"))
+    return seen
+
+
+def _of_the_world(joints: Sequence[RobotJoint], vertical: Array) -> LegPlane:
+    """That of two world axes nearest to the first joint's plane of motion."""
+    axis = np.abs(joints[0].axis)
+    right = max((np.array(AXES[name]) for name in "xy"), key=lambda each: -float(axis @ each))
+    return LegPlane(right, vertical)
+
+
+def _of_the_axes(joints: Sequence[RobotJoint], vertical: Array) -> LegPlane | None:
+    """The vertical plane normal to the axes' mean, where all are within 5 degrees of its normal; else None.
+
+    To the right is x of the world or nearly, of a plane that is nearer to y that.
+    """
+    first = joints[0].axis
+    mean = sum((joint.axis if joint.axis @ first > 0.0 else -joint.axis for joint in joints), np.zeros(3))
+    level = mean - (mean @ vertical) * vertical
+    size = float(np.linalg.norm(level))
+    if size == 0.0:
+        return None
+    right = np.cross(level / size, vertical)
+    x, y = float(right[0]), float(right[1])
+    ahead = x if abs(x) > abs(y) - ALIKE else y
+    own = LegPlane(right if ahead > 0.0 else -right, vertical)
+    return own if all(_off(joint, own) <= MOST_OFF_PLANE for joint in joints) else None
+
+
+def _off(joint: RobotJoint, seen: LegPlane) -> float:
+    """The angle between a joint's axis and the plane's normal, rad."""
+    return float(np.arccos(np.clip(abs(joint.axis @ seen.normal), 0.0, 1.0)))
+
+
+def _off_plane(joints: Sequence[RobotJoint], seen: LegPlane, other: str) -> list[str]:
+    """Refuse axes that leave the plane; report small deviations. ``other`` : what to do beside other joints."""
+    problems, messages = [], []
+    for joint in joints:
+        off = _off(joint, seen)
+        if off > MOST_OFF_PLANE:
+            text = f"the axis of {joint.name} is {degrees(off):.1f} deg off the normal of the plane {seen.name}; at "
+            text += f"most {degrees(MOST_OFF_PLANE):.0f} deg are allowed: choose other joints{other}"
+            problems.append(Problem(text))
+        elif off > ROUNDING:
+            messages.append(
+                f"the axis of {joint.name} is {degrees(off):.2g} deg off the plane's normal; taken as normal"
+            )
+    if problems:
+        raise UserError(problems)
+    return messages
