@@ -39,7 +39,7 @@ def gaps_opening(result: Result) -> Opening:
         [Cell(name), Cell(str(len(where)), joined_names(where[:3]))] for name, where in many_gaps.causes(result).items()
     ][:MOST_ROWS]
     unsure = [str(leg["name"]) for leg in legs if _kind(leg) in ("tie", "unknown", "unsure")]
-    steps = [f"Record the trials proposed in the reports of {_some_names(unsure)}."] if unsure else []
+    steps = [f"See in the reports of {_some_names(unsure)} what would decide."] if unsure else []
     return Opening(
         f"{_diagnosed_count(result)} diagnosed{f': {joined_names(verdict_counts)}' if verdict_counts else ''}.",
         _warned_count(legs),

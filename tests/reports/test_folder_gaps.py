@@ -63,4 +63,4 @@ def test_a_leg_lacks_nothing_only_where_that_is_probable(tmp_path: Path, none: f
     text = text_of_page(tmp_path, leg("a", "none", none=none, warnings=("a warning",)))
     assert f"1 of 1 projects was diagnosed: {words}." in text
     assert "1 of them has warnings." in text
-    assert ("Record the trials proposed in the reports of a" in text) is (none < 0.8)
+    assert ("See in the reports of a what would decide." in text) is (none < 0.8)

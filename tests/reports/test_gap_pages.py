@@ -469,6 +469,8 @@ def test_without_a_trial_to_record_a_tie_is_not_told_as_settled(
     assert "would change the diagnosis" not in page.text
     assert "No further recording needed" not in page.text
     assert "names the trial that would" not in page.text
+    assert "has what would" not in page.text  # nothing points to a trial
+    assert ("; no usual trial would." in page.text) is (verdict == "tie")
 
 
 @pytest.mark.parametrize("probability", [0.46, 0.91])
