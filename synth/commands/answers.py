@@ -25,6 +25,7 @@ Json = Mapping[str, Any]
 
 MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
+LARGEST_AT_NOISE = 0.5  # noise floors, of a gap's remainder: as on the page
 MOST_DECIMALS = 6  # of an estimate in a table
 SMALL = 1e-3  # in the unit of a table; a smaller value that needs more decimals is shown with a power of ten
 WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
@@ -129,10 +130,17 @@ def gap_text(content: Json) -> str:
     others -= sum(entry["probability"] for entry in content["ranked"][:MOST_CAUSES])
     if len(content["explanation"]) < 2 and others >= 0.005:  # those of causes that act together do not add up to 1
         rows.append(["all others", "", _chance(others), "-"])
-    none = "below the required accuracy" if content.get("within_accuracy") else "no missing effect"
-    rows.append([none, "", _chance(content["probability_none"]), "-"])
+    rows.append([_words_of_none(content), "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
+
+
+def _words_of_none(content: Json) -> str:
+    """What has the probability ``probability_none``, as on the page."""
+    if content.get("within_accuracy"):
+        return "below the required accuracy"
+    far = content["verdict"] == "none" and (content.get("remainder") or {}).get("times_noise", 0.0) > LARGEST_AT_NOISE
+    return "the design as it is" if far else "no missing effect"
 
 
 def _chance(probability: float) -> str:

@@ -266,11 +266,12 @@ def _remainder_sentence(verdict: Verdict, wording: ErrorWording) -> str:
 
 
 def reason_for_next_trial(
-    verdict: Verdict, explanations: Sequence[str], *, within: bool = False, none: float = 1.0
+    verdict: Verdict, explanations: Sequence[str], left: Remainder, *, within: bool = False, none: float = 1.0
 ) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
-    ``within`` : the gap is below the required accuracy. ``none`` : probability that no effect is missing.
+    ``left`` : by the accepted one. ``within`` : the gap is below the required accuracy. ``none`` : probability that no
+    effect is missing.
     """
     if verdict == "tie":
         return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
@@ -281,6 +282,8 @@ def reason_for_next_trial(
         )
     if verdict == "none" and none < SURE_OF_NONE:
         return f"To show whether an effect is missing: {FIRST_TO_SHOW}."
+    if verdict == "none" and left.times_noise > LEAST_MENTIONED:
+        return f"No effect in the library improves the prediction; {FIRST_TO_SHOW}."
     if verdict == "none":
         return f"These trials show no missing effect; {FIRST_TO_SHOW}."
     if verdict == "unknown":

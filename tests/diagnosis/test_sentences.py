@@ -7,8 +7,11 @@ from dataclasses import replace
 
 import pytest
 
+from synth.commands import answers
 from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.sentences import (
+    LEAST_MENTIONED,
     SURE_OF_NONE,
     ErrorWording,
     PartedErrors,
@@ -17,7 +20,7 @@ from synth.diagnosis.sentences import (
     stated_parameters,
 )
 from synth.estimation.intervals import Estimate
-from synth.reports.sections.gap_which import SURE_PROBABILITY
+from synth.reports.sections.gap_which import LARGEST_AT_NOISE, SURE_PROBABILITY
 from synth.swing.effects import effect_named
 
 TOLD = ErrorWording(
@@ -30,6 +33,9 @@ TOLD = ErrorWording(
     floor=Estimate(math.radians(0.01), "deg"),
     takes=0.86,
 )
+
+
+LITTLE, FAR = (Remainder(Estimate(math.radians(0.123), "deg"), 1.0, times, {}, {}) for times in (0.2, 87.0))
 
 
 def test_tied_explanations_without_a_common_cause() -> None:
@@ -87,8 +93,8 @@ def test_an_error_falls_only_where_it_does(after: float, takes: float, words: st
 
 
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
-    assert reason_for_next_trial("none", [""]).startswith("These trials show no missing effect")
-    within = reason_for_next_trial("none", [""], within=True)
+    assert reason_for_next_trial("none", [""], LITTLE).startswith("These trials show no missing effect")
+    within = reason_for_next_trial("none", [""], LITTLE, within=True)
     assert "below the required accuracy" in within
     assert "no missing effect" not in within
 
@@ -140,5 +146,13 @@ def test_no_missing_effect_is_said_only_where_it_is_probable() -> None:
         "nominal leg has an error of 2.1° on unseen releases"
     )
     assert sentence("none", [], [], 0.1, replace(TOLD, none=0.9)).startswith("These trials show no missing effect")
-    assert "To show whether an effect is missing" in reason_for_next_trial("none", [""], none=0.46)
+    assert "To show whether an effect is missing" in reason_for_next_trial("none", [""], LITTLE, none=0.46)
     assert SURE_OF_NONE == SURE_PROBABILITY  # the page, which imports nothing of the program, says the same
+
+
+def test_an_error_far_above_the_noise_is_not_told_as_no_missing_effect() -> None:
+    said = sentence("none", [], [], 0.1, replace(TOLD, none=0.93, left=FAR))
+    assert said.startswith("No effect in the library improves the prediction")
+    assert said.endswith(" 0.12° remains unexplained.")
+    assert reason_for_next_trial("none", [""], FAR).startswith("No effect in the library improves the prediction; in")
+    assert LEAST_MENTIONED == LARGEST_AT_NOISE == answers.LARGEST_AT_NOISE  # page and screen draw the line there too

@@ -41,6 +41,13 @@ def text_of_page(folder: Path, *legs: Json) -> str:
     return " ".join(page.text.split())
 
 
+def test_a_leg_with_an_error_far_above_the_noise_does_not_lack_nothing(tmp_path: Path) -> None:
+    far = leg("a", "none", none=0.93)
+    far["rms"]["noise_floor"] = {"value": 0.01, "unit": "deg"}
+    assert "diagnosed: 1 has an error that no effect reduces." in text_of_page(tmp_path, far)
+    assert "diagnosed: 1 lacks nothing." in text_of_page(tmp_path, {**far, "probability_none": 1.0})  # accurate enough
+
+
 def test_a_cause_that_was_not_accepted_is_not_counted(tmp_path: Path) -> None:
     legs = [leg("a", "effect", "backlash"), leg("b", "unknown", "coulomb_friction", none=0.24)]
     text = text_of_page(tmp_path, *legs)

@@ -478,13 +478,31 @@ def test_no_missing_effect_is_told_and_green_only_where_it_is_probable(
     written: Folder, effect: GapResult, probability: float
 ) -> None:
     ranked = tuple(replace(entry, probability=0.05) for entry in effect.ranked)
-    result = replace(made_result("none"), ranked=ranked, probability_none=probability, probability_unknown=0.0)
+    result = replace(
+        made_result("none"),
+        ranked=ranked,
+        probability_none=probability,
+        probability_unknown=0.0,
+    )
     html, page = page_of(written(result) / "report.html")
     sure = probability > 0.8
     assert ('class="verdict good"' in html) is sure
     assert ("no effect is missing: the designed leg" in page.text.lower()) is sure
     told = "these trials cannot show whether an effect is missing; the probability that none is missing is 46 %"
     assert (told in page.text) is not sure
+
+
+def test_an_error_far_above_the_noise_is_not_told_as_no_missing_effect(written: Folder, effect: GapResult) -> None:
+    """A real double pendulum at 87 noise floors: "no effect is missing: the designed leg explains the trials"."""
+    result = replace(made_result("none"), probability_none=0.93, remainder=effect.remainder)
+    html, page = page_of(written(result) / "report.html")
+    told = "othing in the library improves the prediction of the designed leg; 0.310°, 3.1 times the noise, remains"
+    assert page.text.count(told) == 2  # in the opening and beside the verdict
+    assert "none: the design as it is" in page.text
+    assert "the same: no effect of the library improves it" in page.text
+    for claim in ("no effect is missing", "explains the trials", "no missing effect", "that the design does not have"):
+        assert claim not in page.text.lower()
+    assert 'class="verdict good"' not in html
 
 
 def test_probabilities_add_up_with_those_that_are_not_listed(written: Folder, effect: GapResult) -> None:
