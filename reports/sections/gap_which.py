@@ -58,8 +58,7 @@ def meaning_of(document: Json) -> str:
     """The verdict in words; of an effect how sure it is."""
     if within_accuracy(document):
         return WITHIN
-    verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
-    sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
+    verdict = str(document.get("verdict"))
     if verdict == "none" and not sure_of_none(document):
         none = share_text(document.get("probability_none"))
         return f"these trials cannot show whether an effect is missing; the probability that none is missing is {none}"
@@ -69,10 +68,16 @@ def meaning_of(document: Json) -> str:
             f"nothing in the library improves the prediction of the designed leg; {brief(left.get('rms'))}, "
             f"{number(_number(left.get('times_noise')), 2)} times the noise, remains unexplained"
         )
-    if verdict != "effect" or sure:
+    if verdict != "effect" or sure_of_effect(document):
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
     return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
+
+
+def sure_of_effect(document: Json) -> bool:
+    """Whether the trials identify the first cause."""
+    first = sequence(document, "ranked")[:1]
+    return bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
 
 
 def sure_of_none(document: Mapping[str, Any]) -> bool:
