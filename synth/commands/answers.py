@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from synth.commands.table_text import table_text
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.remarks import SEVERITIES, read_remark, severity_of
+from synth.units import significant
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -155,8 +156,8 @@ def _remainder_text(left: Json | None) -> str:
     where = [max(each, key=lambda name: each[name]) for each in left["where"].values() if each]
     most_at = f"; most at: {', '.join(where)}" if where and left["rms"]["value"] > 0.0 else ""
     return (
-        f"\nunexplained: {left['rms']['value']:.2g} {left['rms']['unit']}, {left['share']:.0%} of the gap, "
-        f"{left['times_noise']:.2g} times the noise{most_at}"
+        f"\nunexplained: {significant(left['rms']['value'], 2)} {left['rms']['unit']}, {left['share']:.0%} of the gap, "
+        f"{significant(left['times_noise'], 2)} times the noise{most_at}"
     )
 
 
@@ -200,7 +201,7 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
     if low is None or high is None or not high > low:
         return _number(quantity), ""
     if low > 0.0 and high > WIDE_INTERVAL * low:
-        return f"{quantity['value']:.2g}", f"{low:.2g} to {high:.2g}"
+        return f"{significant(quantity['value'], 2)}", f"{significant(low, 2)} to {significant(high, 2)}"
     value, decimals = quantity["value"], max(0, 1 - math.floor(math.log10((high - low) / 2)))
     if decimals > MOST_DECIMALS and abs(value) < SMALL:  # an insect's spring, 2e-7 N m/rad
         digits = max(0, decimals + math.floor(math.log10(max(abs(value), (high - low) / 2))))
@@ -210,4 +211,4 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
 
 
 def _number(quantity: Json | None) -> str:
-    return "-" if not quantity else f"{quantity['value']:.3g}"
+    return "-" if not quantity else f"{significant(quantity['value'], 3)}"

@@ -177,6 +177,8 @@ def test_an_error_far_above_the_noise_is_not_no_missing_effect_on_the_screen() -
     assert re.search(r"no missing effect +46%", gap_text(found))
     found["remainder"]["times_noise"] = 87.0
     assert re.search(r"the design as it is +46%", gap_text(found))
+    found["remainder"]["times_noise"] = 247.0
+    assert "250 times the noise" in gap_text(found)  # not 2.5e+02
 
 
 def test_a_cause_that_reduces_nothing_has_no_minus() -> None:

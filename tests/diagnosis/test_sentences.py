@@ -57,6 +57,13 @@ def test_a_parameter_has_no_digits_beyond_its_uncertainty(ends: tuple[float | No
     assert stated_parameters(cause, effect_named("coulomb_friction")) == f"torque {said} N·m"
 
 
+def test_a_large_number_in_a_sentence_has_no_power_of_ten() -> None:
+    cause = Cause("stribeck_friction", "knee", {"speed": Estimate(2.0, "deg/s", 1.0, 3.0)})
+    assert stated_parameters(cause, effect_named("stribeck_friction")).endswith("speed 110°/s")
+    said = sentence("effect", ["the hip sticks"], [], 0.8, replace(TOLD, after=degrees(116.0)))
+    assert "rises from 2.1° to 120°" in said
+
+
 def degrees(value: float) -> Estimate:
     return Estimate(math.radians(value), "deg")
 
