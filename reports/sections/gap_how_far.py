@@ -17,7 +17,7 @@ from synth.reports.quantities import brief, interval_of, number, share_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, extremes, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
-from synth.reports.sections.gap_which import leaves_error, name_of, within_accuracy
+from synth.reports.sections.gap_which import leaves_error, name_of, sure_of_none, within_accuracy
 from synth.reports.stick_figure import figure_of_trial
 
 STEPS = (
@@ -91,7 +91,8 @@ def _remainder(left: Json) -> Json:
 
 def _steps(gap: Json, document: Json) -> list[Json]:
     """Rows of the table; without an accepted explanation, another meaning of ``after``."""
-    none = "no effect of the library improves it" if leaves_error(document) else "no effect is missing"
+    none = "no effect is missing" if sure_of_none(document) else "no effect was accepted"
+    none = "no effect of the library improves it" if leaves_error(document) else none
     verdict = str(document.get("verdict"))
     others = {
         "none": f"the same: {'causes were not judged' if within_accuracy(document) else none}",

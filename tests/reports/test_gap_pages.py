@@ -519,6 +519,7 @@ def test_no_missing_effect_is_told_and_green_only_where_it_is_probable(
     assert ("no effect is missing: the designed leg" in page.text.lower()) is sure
     told = "these trials cannot show whether an effect is missing; the probability that none is missing is 46 %"
     assert (told in page.text) is not sure
+    assert ("the same: no effect was accepted" in page.text) is not sure  # in the table of errors
 
 
 def test_an_error_far_above_the_noise_is_not_told_as_no_missing_effect(written: Folder, effect: GapResult) -> None:
