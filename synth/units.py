@@ -107,6 +107,7 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "1": ("ratio", "5 %"),
 }
 
+PLAIN_BELOW = 1e6  # numbers in sentences have no power of ten below it, as on the pages
 TEXT_LIMIT = 100  # characters of a quantity; real ones are far shorter
 # A product of names with one-digit powers, which pint can always evaluate safely. Matched token by token,
 # because a single pattern for the whole text backtracks exponentially on a long word.
@@ -236,6 +237,12 @@ def quantity(value: float, unit: str, interval90: Sequence[float] | None = None)
 def shown_unit(unit: str) -> str:
     """The unit in which results write a parameter of this SI unit."""
     return {"rad": "deg", "rad/s": "deg/s", "H": "mH"}.get(unit, unit)
+
+
+def significant(value: float, digits: int) -> str:
+    """A value in a sentence, with so many significant digits: 140, 1.4, 0.014; no power of ten below a million."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+0" in text and abs(float(text)) < PLAIN_BELOW else text
 
 
 def write(value: float, unit: str) -> str:

@@ -163,6 +163,15 @@ def test_header() -> None:
             units.header(text)
 
 
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(139.6, 2, "140"), (99.6, 2, "100"), (-1234.0, 3, "-1230"), (1.44, 2, "1.4"), (0.0139, 2, "0.014"), (0.0, 2, "0"),
+     (999_400.0, 3, "999000"), (1.5e6, 2, "1.5e+06"), (math.inf, 2, "inf"), (math.nan, 2, "nan")],
+)  # fmt: skip
+def test_significant_digits_without_a_power_of_ten(value: float, digits: int, text: str) -> None:
+    assert units.significant(value, digits) == text
+
+
 def test_factor() -> None:
     assert units.factor("rpm", "rad/s") == pytest.approx(math.pi / 30)
     assert units.factor("ms", "s") == pytest.approx(1e-3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, joined_names
-from synth.reports.quantities import brief, interval_text, text
+from synth.reports.quantities import brief, interval_text, number, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import compared
@@ -66,7 +66,7 @@ def _family_verdict(family: list[Json]) -> str:
     rates = [brief(mapping(side, "joints", name).get("spring_rate")) for side in (first, last)]
     return (
         f"{words}: the {name}'s spring goes from {rates[0]} to {rates[1]}, its own damping ratio from "
-        f"{pair[0]:.2g} to {pair[1]:.2g}."
+        f"{number(pair[0], 2)} to {number(pair[1], 2)}."
     )
 
 

@@ -15,11 +15,13 @@ from synth.reports.sections.gap_next import entry_text, without_trial
 from synth.reports.sections.gap_which import (
     LEAST_PROBABILITY,
     OTHERS,
+    leaves_error,
     meaning_of,
     name_of,
     others_probability,
     sure_of_none,
     within_accuracy,
+    words_of_none,
 )
 
 MOST_CAUSES = 3  # in the opening; its section has all
@@ -54,8 +56,10 @@ def gap_opening(result: Result) -> Opening:
 
 
 def _is_good(document: Json, verdict: str) -> bool | None:
-    """Of the verdict none only where it is sure: the probability of a missing effect may be larger."""
-    if verdict == "none" and not (within_accuracy(document) or sure_of_none(document)):
+    """Of the verdict none only where it is sure and explains the trials: the probability of a missing effect may be
+    larger.
+    """
+    if leaves_error(document) or (verdict == "none" and not (within_accuracy(document) or sure_of_none(document))):
         return None
     return {"effect": True, "none": True, "unknown": False}.get(verdict)
 
@@ -102,8 +106,7 @@ def _figures(document: Json) -> Figures | None:
     others = others_probability(document, ranked[:MOST_CAUSES])
     if others >= LEAST_PROBABILITY:
         rows.append([Cell(OTHERS), Cell(share_text(others)), Cell("–")])
-    none = "below the required accuracy" if within_accuracy(document) else "no missing effect"
-    for key, words in (("none", none), ("unknown", "not in the library")):
+    for key, words in (("none", words_of_none(document)), ("unknown", "not in the library")):
         if f"probability_{key}" in document:
             rows.append([Cell(words), Cell(share_text(document[f"probability_{key}"])), Cell("–")])
     if not rows:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,10 +11,10 @@ from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.quantities import text
-from synth.reports.reading import Result
+from synth.reports.reading import Result, value_of
 from synth.reports.section import AbsentResult, mapping, records, sequence
 from synth.reports.sections import many_gaps
-from synth.reports.sections.gap_which import sure_of_none
+from synth.reports.sections.gap_which import LARGEST_AT_NOISE, sure_of_none
 from synth.reports.sections.warnings import of_leg
 
 WORDS = {  # of one leg, and of several
@@ -21,6 +22,7 @@ WORDS = {  # of one leg, and of several
     "tie": ("is tied between causes", "are tied between causes"),
     "unknown": ("has an unknown cause", "have an unknown cause"),
     "none": ("lacks nothing", "lack nothing"),
+    "unexplained": ("has an error that no effect reduces", "have an error that no effect reduces"),
     "unsure": ("cannot show whether an effect is missing", "cannot show whether an effect is missing"),
 }
 MOST_ROWS = 5  # of the opening's table
@@ -39,7 +41,7 @@ def gaps_opening(result: Result) -> Opening:
         [Cell(name), Cell(str(len(where)), joined_names(where[:3]))] for name, where in many_gaps.causes(result).items()
     ][:MOST_ROWS]
     unsure = [str(leg["name"]) for leg in legs if _kind(leg) in ("tie", "unknown", "unsure")]
-    steps = [f"Record the trials proposed in the reports of {_some_names(unsure)}."] if unsure else []
+    steps = [f"See in the reports of {_some_names(unsure)} what would decide."] if unsure else []
     return Opening(
         f"{_diagnosed_count(result)} diagnosed{f': {joined_names(verdict_counts)}' if verdict_counts else ''}.",
         _warned_count(legs),
@@ -52,9 +54,22 @@ def gaps_opening(result: Result) -> Opening:
 
 
 def _kind(leg: Mapping[str, Any]) -> str:
-    """The verdict of a leg; ``unsure`` where nothing was found and the trials cannot show whether something is."""
+    """The verdict of a leg; where nothing was found ``unsure`` if the trials cannot show whether something is, and
+    ``unexplained`` if an error far above the noise remains.
+    """
     verdict = str(leg.get("verdict"))
-    return "unsure" if verdict == "none" and not sure_of_none(leg) else verdict
+    if verdict != "none":
+        return verdict
+    if not sure_of_none(leg):
+        return "unsure"
+    # Within the required accuracy, where nothing is judged, the probability is 1.
+    return "unexplained" if leg.get("probability_none") != 1.0 and _times_noise(leg) > LARGEST_AT_NOISE else verdict
+
+
+def _times_noise(leg: Mapping[str, Any]) -> float:
+    """A leg's remaining error above the noise, in noise floors."""
+    left, floor = (value_of(mapping(leg, "rms").get(stage)) for stage in ("after", "noise_floor"))
+    return math.sqrt(max((left / floor) ** 2 - 1.0, 0.0)) if left and floor else 0.0
 
 
 def legs_opening(result: Result) -> Opening:

@@ -17,7 +17,7 @@ from synth.reports.quantities import brief, interval_of, number, share_text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.response_files import Response, extremes, read_response
 from synth.reports.section import AbsentResult, FirstFigure, ReportSection, mapping, sequence
-from synth.reports.sections.gap_which import name_of, within_accuracy
+from synth.reports.sections.gap_which import leaves_error, name_of, sure_of_none, within_accuracy
 from synth.reports.stick_figure import figure_of_trial
 
 STEPS = (
@@ -44,7 +44,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     shown = extremes(list(rms), rms)
     joints = mapping(gap, "joints")
     return {
-        "steps": _steps(gap, str(result.content.get("verdict")), within=within_accuracy(result.content)),
+        "steps": _steps(gap, result.content),
         "figure": _bars(gap),
         "shrink": gap.get("shrink"),
         "of_best": gap.get("shrink_of_best"),
@@ -59,6 +59,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "unknown": result.content.get("verdict") == "unknown",
         "remainder": _remainder(mapping(result.content, "remainder")),
         "within": within_accuracy(result.content),
+        "left": leaves_error(result.content),
         "worse": (value_of(gap.get("shrink")) or 0.0) < 0.0,
         "fitted": result.content.get("scored_by") == "fitted",
         "explained": result.content.get("verdict") in ("effect", "tie"),
@@ -88,10 +89,13 @@ def _remainder(left: Json) -> Json:
     }
 
 
-def _steps(gap: Json, verdict: str, *, within: bool) -> list[Json]:
+def _steps(gap: Json, document: Json) -> list[Json]:
     """Rows of the table; without an accepted explanation, another meaning of ``after``."""
+    none = "no effect is missing" if sure_of_none(document) else "no effect was accepted"
+    none = "no effect of the library improves it" if leaves_error(document) else none
+    verdict = str(document.get("verdict"))
     others = {
-        "none": "the same: causes were not judged" if within else "the same: no effect is missing",
+        "none": f"the same: {'causes were not judged' if within_accuracy(document) else none}",
         "unknown": "with the nearest explanation, not accepted",
     }
     return [

@@ -9,13 +9,18 @@ from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.quantities import number
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import ReportSection, mapping, sequence
+from synth.reports.sections.gap_which import leaves_error, sure_of_effect, sure_of_none, within_accuracy
 
 WIDTH, LABEL = 860.0, 515.0  # px
-# What to do where no trial of the list tells the explanations apart; of other verdicts nothing is left to record.
+# What to do where no trial of the list would help, by ``_open_question``; if nothing is open nothing is left to record.
 NO_TRIAL = {
     "tie": "No usual trial separates the tied explanations: measure what they blame by itself, a spring on a bench for "
     "example. Until then take either; they predict these trials alike.",
     "unknown": "No usual trial shows more of the unknown cause: look at the rig where the remainder is largest.",
+    "whether": "None of the usual trials would show whether an effect is missing: what these trials still allow is too "
+    "small for that. A finer sensor, many repeats or far larger swings would show smaller effects.",
+    "remainder": "No usual trial shows more of what remains unexplained: look at the rig where it is largest.",
+    "cause": "No usual trial would make this cause surer: look at the part that it blames, or measure that by itself.",
 }
 NOTHING_NEEDED = "no trial of the list would change the diagnosis"
 MOST_TRIALS = 8  # trials of the menu that are drawn
@@ -25,7 +30,7 @@ def content(result: Result) -> dict[str, Any]:
     """The trial as an entry of ``trials:``, its release, and the menu by expected information."""
     experiment = mapping(result.content, "next_experiment")
     if not experiment:
-        settled = str(result.content.get("verdict")) not in NO_TRIAL
+        settled = not _open_question(result.content)
         return {"experiment": None, "no_trial": without_trial(result.content, "Nothing"), "settled": settled}
     menu = [item for item in sequence(experiment, "menu") if isinstance(item, Mapping)]
     menu = sorted(menu, key=lambda item: -(value_of(item.get("information")) or 0.0))
@@ -47,7 +52,19 @@ def content(result: Result) -> dict[str, Any]:
 
 def without_trial(document: Json, nothing: str) -> str:
     """What to do if the result proposes no trial; ``nothing`` begins the sentence where nothing is left to do."""
-    return NO_TRIAL.get(str(document.get("verdict")), f"{nothing}: {NOTHING_NEEDED}.")
+    return NO_TRIAL.get(_open_question(document), f"{nothing}: {NOTHING_NEEDED}.")
+
+
+def _open_question(document: Json) -> str:
+    """What the diagnosis leaves open, a key of ``NO_TRIAL``; empty if nothing."""
+    verdict = str(document.get("verdict"))
+    if within_accuracy(document):
+        return ""
+    if verdict == "none":
+        return "whether" if not sure_of_none(document) else "remainder" if leaves_error(document) else ""
+    if verdict == "effect":
+        return "" if sure_of_effect(document) else "cause"
+    return verdict
 
 
 def entry_text(trial: Mapping[str, Any]) -> str:

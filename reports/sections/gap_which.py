@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.parameter_rows import parameter_rows
-from synth.reports.quantities import share_text, whole_percent
+from synth.reports.quantities import brief, number, share_text, whole_percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
@@ -23,6 +23,8 @@ WITHIN = "the gap is below the required accuracy; causes were not judged"
 # Probability from which the trials identify the first cause, or show that none is missing; below, they favour the
 # cause, and cannot show whether one is missing.
 SURE_PROBABILITY = 0.8
+# Noise floors that a remainder may have for the trials to be explained; above, its size is told beside the verdict.
+LARGEST_AT_NOISE = 0.5
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
 LEAST_PROBABILITY = 0.005  # a candidate less probable than this is counted among the others
@@ -56,20 +58,45 @@ def meaning_of(document: Json) -> str:
     """The verdict in words; of an effect how sure it is."""
     if within_accuracy(document):
         return WITHIN
-    verdict, first = str(document.get("verdict")), sequence(document, "ranked")[:1]
-    sure = bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
+    verdict = str(document.get("verdict"))
     if verdict == "none" and not sure_of_none(document):
         none = share_text(document.get("probability_none"))
         return f"these trials cannot show whether an effect is missing; the probability that none is missing is {none}"
-    if verdict != "effect" or sure:
+    if leaves_error(document):
+        left = mapping(document, "remainder")
+        return (
+            f"nothing in the library improves the prediction of the designed leg; {brief(left.get('rms'))}, "
+            f"{number(_number(left.get('times_noise')), 2)} times the noise, remains unexplained"
+        )
+    if verdict != "effect" or sure_of_effect(document):
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
     return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
 
 
+def sure_of_effect(document: Json) -> bool:
+    """Whether the trials identify the first cause."""
+    first = sequence(document, "ranked")[:1]
+    return bool(first) and isinstance(first[0], Mapping) and _number(first[0].get("probability")) >= SURE_PROBABILITY
+
+
 def sure_of_none(document: Mapping[str, Any]) -> bool:
     """Whether the trials show that no effect is missing; a result that does not state the probability is taken so."""
     return _number(document.get("probability_none", 1.0)) >= SURE_PROBABILITY
+
+
+def leaves_error(document: Json) -> bool:
+    """Whether no effect is named although an error above the noise, and the required accuracy, remains."""
+    if document.get("verdict") != "none" or within_accuracy(document):
+        return False
+    return _number(mapping(document, "remainder").get("times_noise")) > LARGEST_AT_NOISE
+
+
+def words_of_none(document: Json) -> str:
+    """The candidate that is no effect, in a few words: of what remains unexplained it is not said that none lacks."""
+    if within_accuracy(document):
+        return "below the required accuracy"
+    return "the design as it is" if leaves_error(document) else "no effect is missing"
 
 
 def within_accuracy(document: Json) -> bool:
@@ -130,8 +157,7 @@ def _figure(document: Json, ranked: list[Mapping[str, Any]]) -> Markup:
         labels.append(f"{len(ranked) - len(shown)} others together" if listed else OTHERS)
         chances.append(others)
         shrinks.append(None)
-    none = "none: below the required accuracy" if within_accuracy(document) else "none: no effect is missing"
-    labels += [none, "unknown: not in the library"]
+    labels += [f"none: {words_of_none(document)}", "unknown: not in the library"]
     chances += [_number(document.get(f"probability_{key}")) for key in ("none", "unknown")]
     shrinks += [None, None]
     most, last = max(chances), len(labels) - 2

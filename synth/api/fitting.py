@@ -33,6 +33,7 @@ from synth.files.trial_list import Trial
 from synth.fit.fit_result import FitResult, JointFit
 from synth.parts.resolver import resolver
 from synth.swing.leg_model import Leg
+from synth.units import significant
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Fit(Report):
         """Number of joints and trials, and the largest residual."""
         worst = max(self.rms, key=lambda name: self.rms[name])
         count = len(self.result.trials)
-        off = f"at most {np.degrees(self.rms[worst]):.2g} deg RMS residual ({worst})"
+        off = f"at most {significant(np.degrees(self.rms[worst]), 2)} deg RMS residual ({worst})"
         return f"{self.project.name}: {len(self.joints)} joints fitted to {count} trials, {off}"
 
     def columns(self) -> dict[str, list[Cell]]:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from synth.commands.table_text import table_text
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.remarks import SEVERITIES, read_remark, severity_of
+from synth.units import significant
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -25,6 +26,7 @@ Json = Mapping[str, Any]
 
 MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
+LARGEST_AT_NOISE = 0.5  # noise floors, of a gap's remainder: as on the page
 MOST_DECIMALS = 6  # of an estimate in a table
 SMALL = 1e-3  # in the unit of a table; a smaller value that needs more decimals is shown with a power of ten
 WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
@@ -129,10 +131,17 @@ def gap_text(content: Json) -> str:
     others -= sum(entry["probability"] for entry in content["ranked"][:MOST_CAUSES])
     if len(content["explanation"]) < 2 and others >= 0.005:  # those of causes that act together do not add up to 1
         rows.append(["all others", "", _chance(others), "-"])
-    none = "below the required accuracy" if content.get("within_accuracy") else "no missing effect"
-    rows.append([none, "", _chance(content["probability_none"]), "-"])
+    rows.append([_words_of_none(content), "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
+
+
+def _words_of_none(content: Json) -> str:
+    """What has the probability ``probability_none``, as on the page."""
+    if content.get("within_accuracy"):
+        return "below the required accuracy"
+    far = content["verdict"] == "none" and (content.get("remainder") or {}).get("times_noise", 0.0) > LARGEST_AT_NOISE
+    return "the design as it is" if far else "no missing effect"
 
 
 def _chance(probability: float) -> str:
@@ -147,8 +156,8 @@ def _remainder_text(left: Json | None) -> str:
     where = [max(each, key=lambda name: each[name]) for each in left["where"].values() if each]
     most_at = f"; most at: {', '.join(where)}" if where and left["rms"]["value"] > 0.0 else ""
     return (
-        f"\nunexplained: {left['rms']['value']:.2g} {left['rms']['unit']}, {left['share']:.0%} of the gap, "
-        f"{left['times_noise']:.2g} times the noise{most_at}"
+        f"\nunexplained: {significant(left['rms']['value'], 2)} {left['rms']['unit']}, {left['share']:.0%} of the gap, "
+        f"{significant(left['times_noise'], 2)} times the noise{most_at}"
     )
 
 
@@ -192,7 +201,7 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
     if low is None or high is None or not high > low:
         return _number(quantity), ""
     if low > 0.0 and high > WIDE_INTERVAL * low:
-        return f"{quantity['value']:.2g}", f"{low:.2g} to {high:.2g}"
+        return f"{significant(quantity['value'], 2)}", f"{significant(low, 2)} to {significant(high, 2)}"
     value, decimals = quantity["value"], max(0, 1 - math.floor(math.log10((high - low) / 2)))
     if decimals > MOST_DECIMALS and abs(value) < SMALL:  # an insect's spring, 2e-7 N m/rad
         digits = max(0, decimals + math.floor(math.log10(max(abs(value), (high - low) / 2))))
@@ -202,4 +211,4 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
 
 
 def _number(quantity: Json | None) -> str:
-    return "-" if not quantity else f"{quantity['value']:.3g}"
+    return "-" if not quantity else f"{significant(quantity['value'], 3)}"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from synth.commands.table_text import table_text
+from synth.units import significant
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -89,7 +90,7 @@ def _size(visible: Json | None) -> str:
     if not visible:
         return "-"
     first = next(iter(visible.values()))
-    return f"{first['value']:.2g} {first['unit']}"
+    return f"{significant(first['value'], 2)} {first['unit']}"
 
 
 def _clusters(clusters: Sequence[Json]) -> list[str]:
@@ -99,7 +100,7 @@ def _clusters(clusters: Sequence[Json]) -> list[str]:
     for cluster in clusters[:MOST_CLUSTERS]:
         names = ", ".join(f"{c['effect'].replace('_', ' ')} ({c['joint']})" for c in cluster["causes"])
         sine = cluster["sine_with_trial"]
-        then = f"{1.0 / sine:.2g}" if sine > LEAST_SINE else f"more than {1.0 / LEAST_SINE:.2g}"
+        then = f"{significant(1.0 / sine, 2)}" if sine > LEAST_SINE else f"more than {significant(1.0 / LEAST_SINE, 2)}"
         helps = f" -> {cluster['remedy']} (then from {then} times the smallest size)"
         remedy = helps if cluster["remedy"] else " -> no usual kind of trial separates them"
         lines.append(f"- {names}{remedy}")

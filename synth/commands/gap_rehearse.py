@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth.commands.table_text import table_text
 from synth.errors import Problem, UserError
+from synth.units import significant
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -112,7 +113,7 @@ def _size(cause: Json | None) -> str:
     size = cause["visible_from"]
     if size is None:
         return f"tied ({cause['tied']} of {cause['cases']})" if cause["tied"] else f"not found (0 of {cause['cases']})"
-    return f"{size['value']:.2g} {size['unit']}"
+    return f"{significant(size['value'], 2)} {size['unit']}"
 
 
 def _most_frequent(causes: Sequence[Json], key: str) -> list[str]:

@@ -26,6 +26,7 @@ from synth.diagnosis.verdict import Calibration, Judgement, judge
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.unknown_size import UnknownSize
 from synth.remarks import decisive
+from synth.units import significant
 
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, the verdict depends on each anyway
@@ -98,8 +99,9 @@ class VerdictDependence:
                 "influential recordings were left out one by one. So many indicate nearly tied explanations"
             )
         said += [
-            f"{name} contradicts the others: their error is {left:.2g} times the noise without it and "
-            f"{whole:.2g} times with it. Check it first (its start, its rest position, what was different then)"
+            f"{name} contradicts the others: their error is {significant(left, 2)} times the noise without it and "
+            f"{significant(whole, 2)} times with it. Check it first (its start, its rest position, "
+            "what was different then)"
             for name, left, whole in self.odd
             if name not in [turning for turning, _ in self.turned]
         ]

@@ -10,6 +10,7 @@ from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
 from synth.estimation.parameters import PlantEffect
+from synth.units import significant
 
 LEAST_MENTIONED = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
 MOST_PARAMETERS = 3  # parameters of a cause; the table has all
@@ -77,7 +78,7 @@ def scored_on(trials: str, *, held_out: bool) -> str:
 
 def angle_text(value: Estimate) -> str:
     """An angle in degrees to two digits."""
-    return f"{math.degrees(value.value):.2g}°"
+    return f"{significant(math.degrees(value.value), 2)}°"
 
 
 def stated_parameters(cause: Cause, effect: PlantEffect) -> str:
@@ -114,7 +115,8 @@ def _value_text(estimate: Estimate) -> str:
     unit = str(written["unit"])
     for plain, better in TYPOGRAPHIC_UNITS.items():
         unit = unit.replace(plain, better)
-    return f"{written['value']:.{_digits(estimate)}g}" + ("" if unit == "1" else f" {unit}").replace(" °", "°")
+    shown = significant(float(written["value"]), _digits(estimate))
+    return shown + ("" if unit == "1" else f" {unit}").replace(" °", "°")
 
 
 def sentence(
@@ -209,7 +211,7 @@ def _no_effect_sentence(wording: ErrorWording, error: str, floor: str) -> str:
     if 0.0 < wording.before.value <= wording.accuracy:
         return (
             f"The gap does not matter: {error} is {angle_text(wording.before)}, less than the accuracy of "
-            f"{math.degrees(wording.accuracy):.2g}° required."
+            f"{significant(math.degrees(wording.accuracy), 2)}° required."
         )
     if wording.none < SURE_OF_NONE:
         return (
@@ -266,11 +268,12 @@ def _remainder_sentence(verdict: Verdict, wording: ErrorWording) -> str:
 
 
 def reason_for_next_trial(
-    verdict: Verdict, explanations: Sequence[str], *, within: bool = False, none: float = 1.0
+    verdict: Verdict, explanations: Sequence[str], left: Remainder, *, within: bool = False, none: float = 1.0
 ) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
-    ``within`` : the gap is below the required accuracy. ``none`` : probability that no effect is missing.
+    ``left`` : by the accepted one. ``within`` : the gap is below the required accuracy. ``none`` : probability that no
+    effect is missing.
     """
     if verdict == "tie":
         return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
@@ -281,6 +284,8 @@ def reason_for_next_trial(
         )
     if verdict == "none" and none < SURE_OF_NONE:
         return f"To show whether an effect is missing: {FIRST_TO_SHOW}."
+    if verdict == "none" and left.times_noise > LEAST_MENTIONED:
+        return f"No effect in the library improves the prediction; {FIRST_TO_SHOW}."
     if verdict == "none":
         return f"These trials show no missing effect; {FIRST_TO_SHOW}."
     if verdict == "unknown":

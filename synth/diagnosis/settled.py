@@ -14,6 +14,7 @@ from synth.diagnosis.angle_search import rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.restarts import refine
+from synth.diagnosis.simpler_effects import without_simpler_effects_in_disguise
 from synth.diagnosis.unseen import errors_by_trial, errors_on_unseen_trials
 from synth.diagnosis.verdict import Calibration, judge
 from synth.diagnosis.workbench import Workbench
@@ -31,6 +32,8 @@ def settle_leading(
     done: Sequence[EvaluatedHypothesis] = (),
 ) -> tuple[Hypotheses[EvaluatedHypothesis], list[EvaluatedHypothesis]]:
     """The hypotheses, the leading ones and the nominal leg's at their optimum; and the fits that are.
+
+    Without those that are a simpler one there, which differs in its words only.
 
     ``done`` : fits that are already. Leading are those that the odds prefer, and what the verdict names.
     """
@@ -51,7 +54,8 @@ def settle_leading(
         ends[key] = replace(ends[key], unseen=errors)
     each = [[ends.get(id(item), item) for item in items] for items in ([found.none], found.singles, found.several)]
     (none,), singles, several = (tuple(sorted(items, key=lambda item: item.cost)) for items in each)
-    return replace(found, none=none, singles=singles, several=several), [*done, *fits]
+    settled = replace(found, none=none, singles=singles, several=several)
+    return without_simpler_effects_in_disguise(bench, settled, calibration), [*done, *fits]
 
 
 def settle_fits(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:

@@ -168,13 +168,25 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class SimplerEffect:
+    """A simpler effect that an effect is, at the same place, where some of its parameters have certain values.
+
+    By its own formula, in every motion. ``name`` : of the simpler effect; ``where`` : parameter -> value, SI.
+    """
+
+    name: str
+    where: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class PlantEffect:
     """An effect of a plant with its parameters in the order of its function.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the variants that a diagnosis
     tries. ``phrase`` : the words for a place that has it, "has dry friction". ``module`` : the module of its
     functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``stated_by_default``.
-    ``idle`` : parameter -> another one and its value at which the first does not matter.
+    ``idle`` : parameter -> another one and its value at which the first does not matter. ``becomes`` : simpler effects
+    that it is where its parameters end there: no trial could tell the two apart.
     """
 
     name: str
@@ -188,6 +200,7 @@ class PlantEffect:
     module: str = ""
     stated: tuple[str, ...] = ()
     idle: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    becomes: tuple[SimplerEffect, ...] = ()
 
     @cached_property
     def defaults(self) -> dict[str, float]:

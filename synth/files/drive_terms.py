@@ -18,6 +18,7 @@ from synth.swing.effects import effect_named
 from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Joint, Leg
+from synth.units import significant
 
 # Effects that are in a servo's numbers, and therefore in every file with these numbers.
 IN_SERVO = ("command_delay", "drive_torque_limit", "motor_constant", "servo_gain", "winding_resistance")
@@ -82,7 +83,7 @@ def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
     if found["servo_dead_band"] > 0.0:
         lost.append(f"its dead band of {found['servo_dead_band']:.3g} rad")
     if found["servo_command_rate"] > 0.0:
-        lost.append(f"the limit of its command's rate, {degrees(found['servo_command_rate']):.3g} deg/s")
+        lost.append(f"the limit of its command's rate, {significant(degrees(found['servo_command_rate']), 3)} deg/s")
     if found["servo_sag"] > 0.0:
         lost.append("the sag of its supply; the supply is constant here")
     if cut < AS_GOOD_AS_UNLIMITED and found["servo_back_emf"] > 0.0:

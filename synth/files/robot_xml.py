@@ -24,6 +24,7 @@ from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertia
 from synth.files.xml_text import nested, xml_text
 from synth.remarks import noted
 from synth.swing.leg_model import Joint, Leg, Link
+from synth.units import significant
 
 SDF_VERSION = "1.9"
 WORTH_SAYING = 0.02  # of the largest torque: a smaller error of the straight line is not reported
@@ -191,7 +192,7 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
     if error > WORTH_SAYING:
         messages.append(
             f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque up to "
-            f"{fastest * 30 / pi:.3g} rpm"
+            f"{significant(fastest * 30 / pi, 3)} rpm"
         )
     if lightened(joint):
         messages.append(f"not held, {lightened(joint)}")

@@ -25,7 +25,7 @@ from synth.remarks import remarks_json
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
-from synth.units import quantity
+from synth.units import quantity, significant
 
 SIMPLER_LAW_SHARE = 0.25  # share by which the held-out RMS of a simpler law may be worse if drops scatter by as much
 NOISE_ROUNDS = 2  # the noise of a single joint only sets the linear range of Huber's function
@@ -231,9 +231,10 @@ def _warnings(
     index: int,
     leg: Leg,
 ) -> list[str]:
+    slow, fast = (significant(speed * 30 / np.pi, 2) for speed in (speeds.low, speeds.high))
     messages = [
         f"{joint}: the damper was measured between {speeds.low:.3g} and {speeds.high:.3g} rad/s "
-        f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is extrapolated"
+        f"({slow} to {fast} rpm); beyond that its law is extrapolated"
     ]
     if len(drops) == 1:
         messages.append(f"{joint}: the damper's law was chosen from a single drop; a second one would test it")
@@ -253,5 +254,5 @@ def _warnings(
     held = float(np.median(ends))
     # 0.02 N m: a choice, less is near equilibrium; a fifth of the slowest measured speed counts as standing.
     if held > 0.02 and float(np.median(creeps)) < 0.2 * speeds.low:
-        messages.append(f"{joint}: the leg stops although gravity still exerts {held:.2g} N*m: it sticks")
+        messages.append(f"{joint}: the leg stops although gravity still exerts {significant(held, 2)} N*m: it sticks")
     return messages

@@ -8,6 +8,7 @@ import numpy as np
 
 from synth.arrays import Array, finite_median
 from synth.motion.noise import MAD_TO_SD
+from synth.units import significant
 
 LEAST_TRIALS = 3  # trials needed to identify a different one
 ODD_RATIO = 4.0  # times the others' usual value
@@ -33,7 +34,8 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
             if rms[i, j] > max(ODD_RATIO * usual, LEAST_RMS):
                 off, rest = np.degrees(rms[i, j]), np.degrees(usual)
                 messages.append(
-                    f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {CHECKS_FIRST}"
+                    f"{name}: {joint} is {significant(off, 2)} deg RMS there and "
+                    f"{significant(rest, 2)} deg in the others; {CHECKS_FIRST}"
                 )
                 break
             if free_angle is None:

@@ -32,6 +32,7 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import Remark, at_joint, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
+from synth.units import significant
 
 MISPLACED_POINT = 3.0  # standard deviations from which a static point is reported
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
@@ -254,8 +255,8 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
     return [
         at_joint(
             name,
-            f"the residual is {np.degrees(left):.2g} deg, the samples' scatter only "
-            f"{np.degrees(scatter[name]):.2g} deg: the model lacks an effect at this joint or next to it",
+            f"the residual is {significant(np.degrees(left), 2)} deg, the samples' scatter only "
+            f"{significant(np.degrees(scatter[name]), 2)} deg: the model lacks an effect at this joint or next to it",
         )
         for name, left in rms.items()
         if clipped[name] > MISFIT * scatter[name] and clipped[name] > LEAST_MISFIT

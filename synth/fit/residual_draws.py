@@ -34,6 +34,7 @@ from synth.arrays import Array, Mask
 from synth.estimation.autoregression import Autoregression, best_order, nearest_possible, pair_products
 from synth.estimation.correlation import alike_steps, correlation_factors
 from synth.motion.noise import MAD_TO_SD
+from synth.units import significant
 
 ORDER = 60  # most coefficients of an autoregression; what is left of the correlation is in the blocks
 ROUNDS = 3  # corrections of the autocorrelation, a choice: each leaves about the share that the fit absorbs of the last
@@ -127,7 +128,7 @@ def _require_alike(draw_lags: Array, wanted: Array) -> None:
         worst = off[np.argmax(np.abs(off - 1.0))]
         raise ArithmeticError(
             f"no noise is found of which the fit would leave residuals like these: of the resampled it leaves "
-            f"{worst:.2g} times their variance"
+            f"{significant(worst, 2)} times their variance"
         )
 
 

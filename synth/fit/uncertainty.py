@@ -19,6 +19,7 @@ from synth.motion.noise import MAD_TO_SD
 from synth.remarks import Remark, at_joint
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
+from synth.units import significant
 
 LOOSE_RATE = 0.12  # standard deviation of a log rate from which a rate counts as undetermined (+-20 % at 90 %)
 # deviation of b/k over that of the rates, below which they are a ridge: 2.5 times as well known
@@ -180,7 +181,7 @@ def _loose_rate_sentence(unknowns: SpringsAndDampers, place: int, what: str, val
     most = float(np.exp(values[place] + NORMAL90 * deviation[place]))
     unit = "N*m/rad" if what == "spring rate" else "N*m*s/rad"
     return (
-        f"these trials do not tell the {what} from none: at most some {most:.2g} {unit}. "
+        f"these trials do not tell the {what} from none: at most some {significant(most, 2)} {unit}. "
         "Its interval is that of a positive number, and does not reach zero."
     )
 
@@ -208,8 +209,8 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
     text = (
         "not separable: mass scale, from free swings alone. Spring and damper rates are proportional to the link "
         "masses in the leg file. A trial with a known mass at the tip determines the scale: with "
-        f"`tip_mass: {mass:.2g} {unit}` the inertia about the {last.name} doubles, and the scale is known to twice the "
-        "interval of that joint's spring rate."
+        f"`tip_mass: {significant(mass, 2)} {unit}` the inertia about the {last.name} doubles, and the scale is known "
+        "to twice the interval of that joint's spring rate."
     )
     return Remark(text, kind=MASS_SCALE)
 
@@ -218,4 +219,4 @@ def _percent(deviation: float) -> str:
     high = 100 * (np.exp(min(NORMAL90 * deviation, 20.0)) - 1)  # e^20: open in any case, but finite
     if high > 300:  # per cent: a factor of four
         return "no better than a factor of four"
-    return f"+-{high:.0f} %" if high >= 10 else f"+-{high:.2g} %"
+    return f"+-{high:.0f} %" if high >= 10 else f"+-{significant(high, 2)} %"

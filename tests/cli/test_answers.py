@@ -172,6 +172,15 @@ def test_a_gap_s_probabilities_add_up_on_the_screen() -> None:
     assert re.search(r"all others +29%", gap_text(gap(0.1)))
 
 
+def test_an_error_far_above_the_noise_is_not_no_missing_effect_on_the_screen() -> None:
+    found = gap(0.1)
+    assert re.search(r"no missing effect +46%", gap_text(found))
+    found["remainder"]["times_noise"] = 87.0
+    assert re.search(r"the design as it is +46%", gap_text(found))
+    found["remainder"]["times_noise"] = 247.0
+    assert "250 times the noise" in gap_text(found)  # not 2.5e+02
+
+
 def test_a_cause_that_reduces_nothing_has_no_minus() -> None:
     found = gap(0.1)
     found["ranked"] = [{**found["ranked"][0], "shrink": {"value": shrink}} for shrink in (-0.004, 0.004, -0.04)]

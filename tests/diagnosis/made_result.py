@@ -121,7 +121,7 @@ def made_result(verdict: Any = "effect", names: tuple[str, ...] | None = None) -
         remainder=Remainder(
             angle(0.31, 0.05),
             0.13,
-            3.1,
+            0.2 if verdict == "none" else 3.1,
             {hip: 0.1, knee: 0.7, ankle: 0.2},
             {"release": 0.6, "swing": 0.2, "settle": 0.1, "rest": 0.1},
         ),

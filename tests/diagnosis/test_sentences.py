@@ -7,8 +7,11 @@ from dataclasses import replace
 
 import pytest
 
+from synth.commands import answers
 from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.sentences import (
+    LEAST_MENTIONED,
     SURE_OF_NONE,
     ErrorWording,
     PartedErrors,
@@ -17,7 +20,7 @@ from synth.diagnosis.sentences import (
     stated_parameters,
 )
 from synth.estimation.intervals import Estimate
-from synth.reports.sections.gap_which import SURE_PROBABILITY
+from synth.reports.sections.gap_which import LARGEST_AT_NOISE, SURE_PROBABILITY
 from synth.swing.effects import effect_named
 
 TOLD = ErrorWording(
@@ -30,6 +33,9 @@ TOLD = ErrorWording(
     floor=Estimate(math.radians(0.01), "deg"),
     takes=0.86,
 )
+
+
+LITTLE, FAR = (Remainder(Estimate(math.radians(0.123), "deg"), 1.0, times, {}, {}) for times in (0.2, 87.0))
 
 
 def test_tied_explanations_without_a_common_cause() -> None:
@@ -49,6 +55,13 @@ def test_a_common_cause_is_said_once_and_first() -> None:
 def test_a_parameter_has_no_digits_beyond_its_uncertainty(ends: tuple[float | None, float], said: str) -> None:
     cause = Cause("coulomb_friction", "knee", {"torque": Estimate(0.05931, "N*m", *ends)})
     assert stated_parameters(cause, effect_named("coulomb_friction")) == f"torque {said} N·m"
+
+
+def test_a_large_number_in_a_sentence_has_no_power_of_ten() -> None:
+    cause = Cause("stribeck_friction", "knee", {"speed": Estimate(2.0, "deg/s", 1.0, 3.0)})
+    assert stated_parameters(cause, effect_named("stribeck_friction")).endswith("speed 110°/s")
+    said = sentence("effect", ["the hip sticks"], [], 0.8, replace(TOLD, after=degrees(116.0)))
+    assert "rises from 2.1° to 120°" in said
 
 
 def degrees(value: float) -> Estimate:
@@ -87,8 +100,8 @@ def test_an_error_falls_only_where_it_does(after: float, takes: float, words: st
 
 
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
-    assert reason_for_next_trial("none", [""]).startswith("These trials show no missing effect")
-    within = reason_for_next_trial("none", [""], within=True)
+    assert reason_for_next_trial("none", [""], LITTLE).startswith("These trials show no missing effect")
+    within = reason_for_next_trial("none", [""], LITTLE, within=True)
     assert "below the required accuracy" in within
     assert "no missing effect" not in within
 
@@ -140,5 +153,13 @@ def test_no_missing_effect_is_said_only_where_it_is_probable() -> None:
         "nominal leg has an error of 2.1° on unseen releases"
     )
     assert sentence("none", [], [], 0.1, replace(TOLD, none=0.9)).startswith("These trials show no missing effect")
-    assert "To show whether an effect is missing" in reason_for_next_trial("none", [""], none=0.46)
+    assert "To show whether an effect is missing" in reason_for_next_trial("none", [""], LITTLE, none=0.46)
     assert SURE_OF_NONE == SURE_PROBABILITY  # the page, which imports nothing of the program, says the same
+
+
+def test_an_error_far_above_the_noise_is_not_told_as_no_missing_effect() -> None:
+    said = sentence("none", [], [], 0.1, replace(TOLD, none=0.93, left=FAR))
+    assert said.startswith("No effect in the library improves the prediction")
+    assert said.endswith(" 0.12° remains unexplained.")
+    assert reason_for_next_trial("none", [""], FAR).startswith("No effect in the library improves the prediction; in")
+    assert LEAST_MENTIONED == LARGEST_AT_NOISE == answers.LARGEST_AT_NOISE  # page and screen draw the line there too

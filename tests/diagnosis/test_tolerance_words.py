@@ -50,6 +50,7 @@ def test_a_mass_error_is_stated_as_a_share() -> None:
     [
         (cause("spring_rate", "rate", -4 * 0.03 * 1.5), "the knee's spring is 12 % softer than designed, four of your"),
         (cause("viscous_damping", "rate", 0.8 * 0.015), "the knee's damper is 80 % stronger than designed"),
+        (cause("viscous_damping", "rate", 1.396 * 0.015), "the knee's damper is 140 % stronger than designed"),
         (cause("spring_preload", "shift", np.radians(3.0)), "plain, six of your tolerances"),
     ],
 )

@@ -41,6 +41,13 @@ def text_of_page(folder: Path, *legs: Json) -> str:
     return " ".join(page.text.split())
 
 
+def test_a_leg_with_an_error_far_above_the_noise_does_not_lack_nothing(tmp_path: Path) -> None:
+    far = leg("a", "none", none=0.93)
+    far["rms"]["noise_floor"] = {"value": 0.01, "unit": "deg"}
+    assert "diagnosed: 1 has an error that no effect reduces." in text_of_page(tmp_path, far)
+    assert "diagnosed: 1 lacks nothing." in text_of_page(tmp_path, {**far, "probability_none": 1.0})  # accurate enough
+
+
 def test_a_cause_that_was_not_accepted_is_not_counted(tmp_path: Path) -> None:
     legs = [leg("a", "effect", "backlash"), leg("b", "unknown", "coulomb_friction", none=0.24)]
     text = text_of_page(tmp_path, *legs)
@@ -63,4 +70,4 @@ def test_a_leg_lacks_nothing_only_where_that_is_probable(tmp_path: Path, none: f
     text = text_of_page(tmp_path, leg("a", "none", none=none, warnings=("a warning",)))
     assert f"1 of 1 projects was diagnosed: {words}." in text
     assert "1 of them has warnings." in text
-    assert ("Record the trials proposed in the reports of a" in text) is (none < 0.8)
+    assert ("See in the reports of a what would decide." in text) is (none < 0.8)

@@ -275,7 +275,7 @@ def test_a_cause_that_is_not_sure_is_favoured_and_not_identified(written: Folder
 def test_nothing_ranked_and_nothing_to_record(written: Folder, effect: GapResult) -> None:
     bare = replace(
         effect, verdict="none", explanation=(), ranked=(), probability_none=1.0, probability_unknown=0.0,
-        next_experiment=None, warnings=(), diagnosed=effect.leg,
+        next_experiment=None, warnings=(), diagnosed=effect.leg, remainder=made_result("none").remainder,
     )  # fmt: skip
     html, page = page_of(written(bare) / "report.html")
     assert "no trial of the list would change the diagnosis" in page.text
@@ -469,6 +469,37 @@ def test_without_a_trial_to_record_a_tie_is_not_told_as_settled(
     assert "would change the diagnosis" not in page.text
     assert "No further recording needed" not in page.text
     assert "names the trial that would" not in page.text
+    assert "has what would" not in page.text  # nothing points to a trial
+    assert ("; no usual trial would." in page.text) is (verdict == "tie")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "changes", "words"),
+    [
+        ("none", {"probability_none": 0.77}, "None of the usual trials would show whether an effect is missing"),
+        (
+            "none",
+            {"probability_none": 0.93, "remainder": 87.0},
+            "No usual trial shows more of what remains unexplained",
+        ),
+        ("effect", {"ranked": 0.6}, "No usual trial would make this cause surer"),
+        ("none", {"probability_none": 0.93}, "no trial of the list would change the diagnosis"),
+        ("effect", {}, "no trial of the list would change the diagnosis"),
+        ("none", {"probability_none": 1.0, "remainder": 87.0, "within_accuracy": True}, "no trial of the list would"),
+    ],
+)
+def test_nothing_is_left_to_record_only_where_nothing_is_open(
+    written: Folder, effect: GapResult, verdict: Any, changes: dict[str, Any], words: str
+) -> None:
+    """Of "the trials cannot show whether an effect is missing (77 %)" it was told that no recording is needed."""
+    changes = {"next_experiment": None, **changes}
+    if "remainder" in changes:
+        changes["remainder"] = replace(effect.remainder, times_noise=changes["remainder"])
+    if "ranked" in changes:
+        changes["ranked"] = (replace(effect.ranked[0], probability=changes["ranked"]),)
+    _, page = page_of(written(replace(made_result(verdict), **changes)) / "report.html")
+    assert page.text.count(words) == 2  # in the opening and in its section
+    assert ("No further recording needed" in page.text) is words.startswith("no trial of the list would")
 
 
 @pytest.mark.parametrize("probability", [0.46, 0.91])
@@ -476,13 +507,32 @@ def test_no_missing_effect_is_told_and_green_only_where_it_is_probable(
     written: Folder, effect: GapResult, probability: float
 ) -> None:
     ranked = tuple(replace(entry, probability=0.05) for entry in effect.ranked)
-    result = replace(made_result("none"), ranked=ranked, probability_none=probability, probability_unknown=0.0)
+    result = replace(
+        made_result("none"),
+        ranked=ranked,
+        probability_none=probability,
+        probability_unknown=0.0,
+    )
     html, page = page_of(written(result) / "report.html")
     sure = probability > 0.8
     assert ('class="verdict good"' in html) is sure
     assert ("no effect is missing: the designed leg" in page.text.lower()) is sure
     told = "these trials cannot show whether an effect is missing; the probability that none is missing is 46 %"
     assert (told in page.text) is not sure
+    assert ("the same: no effect was accepted" in page.text) is not sure  # in the table of errors
+
+
+def test_an_error_far_above_the_noise_is_not_told_as_no_missing_effect(written: Folder, effect: GapResult) -> None:
+    """A real double pendulum at 87 noise floors: "no effect is missing: the designed leg explains the trials"."""
+    result = replace(made_result("none"), probability_none=0.93, remainder=effect.remainder)
+    html, page = page_of(written(result) / "report.html")
+    told = "othing in the library improves the prediction of the designed leg; 0.310°, 3.1 times the noise, remains"
+    assert page.text.count(told) == 2  # in the opening and beside the verdict
+    assert "none: the design as it is" in page.text
+    assert "the same: no effect of the library improves it" in page.text
+    for claim in ("no effect is missing", "explains the trials", "no missing effect", "that the design does not have"):
+        assert claim not in page.text.lower()
+    assert 'class="verdict good"' not in html
 
 
 def test_probabilities_add_up_with_those_that_are_not_listed(written: Folder, effect: GapResult) -> None:

@@ -18,6 +18,7 @@ from synth.diagnosis.workbench import Workbench
 from synth.errors import UserError
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
+from synth.units import significant
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
@@ -70,8 +71,10 @@ def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list
         names = ", ".join(chosen[k].name for k in places[:3]) + (
             f" and {len(places) - 3} more" if len(places) > 3 else ""
         )
-        text = f"{change.text}: the designed leg's error is {np.degrees(own[worst]):.2g} deg RMS as recorded and "
-        text += f"{np.degrees(best[worst][0]):.2g} deg with this change"
+        text = (
+            f"{change.text}: the designed leg's error is {significant(np.degrees(own[worst]), 2)} deg RMS as recorded"
+        )
+        text += f" and {significant(np.degrees(best[worst][0]), 2)} deg with this change"
         found.append(Finding("fault", text, change.remedy, names))
     return found
 

@@ -12,7 +12,7 @@ from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.plants.swinging_chain.leg_torques import bearing_forces
 from synth.fit.recordings import Recording
 from synth.swing.leg_model import Leg
-from synth.units import quantity
+from synth.units import quantity, significant
 
 # Ratio of greatest to least below which a quantity counts as constant: effects that depend on it and effects that do
 # not then differ by no more than tolerances do.
@@ -118,7 +118,8 @@ def _speed_findings(one: Coverage) -> list[Finding]:
     low, high = one.speeds
     if high > CONSTANT_RATIO * low:
         return []
-    text = f"all trials reach about the same speed ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg/s): another "
+    speeds = " to ".join(significant(np.degrees(each), 3) for each in (low, high))
+    text = f"all trials reach about the same speed ({speeds} deg/s): another "
     text += "damper rate and a nonlinear damper are hard to distinguish"
     return [Finding("note", text, "one release a third as large, and one as large as the joint allows", "", one.joint)]
 

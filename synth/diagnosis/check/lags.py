@@ -13,6 +13,7 @@ from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import NORMAL90, Estimate
+from synth.units import significant
 
 LEAST_FREE_JOINTS = 2  # joints that move in the same trial; a delay is relative to another channel
 SURE_DEVIATIONS = 3.0  # standard deviations from zero for a lag to be reported
@@ -64,7 +65,8 @@ def lag_findings(made: Sequence[Lag]) -> list[Finding]:
         deviation = (lag.late.value - lag.late.low) / NORMAL90
         if lag.late.value > SURE_DEVIATIONS * deviation:
             low, high = 1e3 * lag.late.low, 1e3 * (lag.late.high or 0.0)
-            text = f"looks {low:.3g} to {high:.3g} ms later than the other channels, if no other effect is missing"
+            text = f"looks {significant(low, 3)} to {significant(high, 3)} ms later than the other channels, "
+            text += "if no other effect is missing"
             remedy = "check whether this channel is read later or filtered more than the others"
             found.append(Finding("note", text, remedy, "", lag.joint))
     return found

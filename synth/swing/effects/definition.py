@@ -25,10 +25,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape, positive, signed, size, stiff
+from synth.estimation.parameters import (
+    Parameter,
+    PlantEffect,
+    Prior,
+    Shape,
+    SimplerEffect,
+    positive,
+    signed,
+    size,
+    stiff,
+)
 from synth.swing.lane_layout import UsesDrive
 
-__all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size", "stiff"]
+__all__ = ["Effect", "Parameter", "Prior", "Shape", "SimplerEffect", "positive", "signed", "size", "stiff"]
 
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
 Need = Literal[

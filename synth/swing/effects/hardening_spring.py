@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, signed, size
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, SimplerEffect, signed, size
 from synth.swing.effects.inlined import inlined, power
 
 
@@ -53,6 +53,7 @@ EFFECT = Effect(
     ),
     stated=("stiffening", "softening", "onset", "reach", "exponent"),
     strengths=("stiffening", "softening"),
+    becomes=(SimplerEffect("spring_rate", {"exponent": 1.0, "onset": 0.0, "softening": 0.0}),),
     shapes=(
         Shape(("stiffening", "exponent"), {"reach": 1.0}, ({"exponent": 2.0}, {"exponent": 3.5})),
         Shape(("stiffening", "onset"), {"exponent": 1.0, "reach": 0.3}, ({"onset": 0.3}, {"onset": 0.6})),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,6 +27,19 @@ def test_hardening_spring_has_duffings_period(stiffening: float) -> None:
     times = np.arange(13) * period / 4
     angle = swing(leg({"hardening_spring": {"stiffening": stiffening}}), amplitude, 0.0, times, 1e-11)[:, 0]
     np.testing.assert_allclose(angle / amplitude, np.resize([1.0, 0.0, -1.0, 0.0], 13), atol=1e-7)
+
+
+def test_hardening_from_zero_with_exponent_one_is_another_rate() -> None:
+    # what the effect says of itself in ``becomes``; here in the angle, to the 1e-9 rad of the formula's onset
+    (simpler,) = effect_named("hardening_spring").becomes
+    assert simpler.name == "spring_rate"
+    times, extra, reach = np.linspace(0.0, 1.0, 41), -3.0, 0.3
+    hard = leg({"hardening_spring": {"stiffening": extra * reach, "reach": reach, **simpler.where}})
+    joint = hard.joints[0]
+    assert joint.spring is not None
+    plain = replace(hard, joints=(replace(joint, spring=replace(joint.spring, rate=RATE + extra), effects={}),))
+    one, other = (swing(made, 0.7, 0.0, times, 1e-11)[:, 0] for made in (hard, plain))
+    np.testing.assert_allclose(one, other, atol=1e-7)
 
 
 def test_a_softening_spring_has_the_period_of_its_energy_integral() -> None:

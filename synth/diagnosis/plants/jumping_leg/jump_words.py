@@ -9,6 +9,7 @@ from synth.diagnosis.plants.jumping_leg.jump_figures import Rise
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
 from synth.jump.effects import motor_effect_named
+from synth.units import significant
 
 SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
 
@@ -42,4 +43,5 @@ def rise_text(rises: Sequence[Rise]) -> str:
     measured, designed, after = (
         100.0 * sum(getattr(r, name) for r in known) / len(known) for name in ("measured", "as_designed", "after")
     )
-    return f" The jumps rise {measured:.2g} cm; the design predicts {designed:.2g} cm, the explanation {after:.2g} cm."
+    texts = [significant(height, 2) for height in (measured, designed, after)]
+    return f" The jumps rise {texts[0]} cm; the design predicts {texts[1]} cm, the explanation {texts[2]} cm."

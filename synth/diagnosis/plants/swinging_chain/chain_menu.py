@@ -23,7 +23,7 @@ from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
-from synth.units import write
+from synth.units import significant, write
 
 TRIAL_LENGTH, TRIAL_RATE = 3.0, 100.0  # s and samples per second of an imagined trial
 RAMP_SHARE = 0.7  # of the way from rest to the widest release so far: the ramp stays within the observed range
@@ -70,7 +70,7 @@ def menu(
     tip = 0.5 * leg.joints[-1].link.mass
     added = {"tip_mass": write(float(f"{tip:.3g}"), "kg")}
     made += [
-        item(f"a mass of {tip * 1e3:.3g} g at the tip", 1.0, added, Conditions((), tip)),
+        item(f"a mass of {significant(tip * 1e3, 3)} g at the tip", 1.0, added, Conditions((), tip)),
         item("the base tilted by 30 deg", 1.0, {"tilt": "30 deg"}, Conditions((), 0.0, TILT_ANGLE)),
         item("the base tilted by -30 deg", 1.0, {"tilt": "-30 deg"}, Conditions((), 0.0, -TILT_ANGLE)),
     ]

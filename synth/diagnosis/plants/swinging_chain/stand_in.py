@@ -18,6 +18,7 @@ from synth.fit.recordings import Recording, recordings
 from synth.swing.chain import simulate
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Joint, Leg
+from synth.units import significant
 
 STAND_IN_EFFECT = "coulomb_friction"  # of the frictions with a bristle the one that simulators have
 MOST_TRIALS = 6  # evenly among all: two numbers a joint are determined by fewer
@@ -157,5 +158,5 @@ def _stand_in_texts(leg: Leg, places: Sequence[int], numbers: Array, left: float
         what = " and ".join(lacking_frictions(leg.joints[place]))
         more = f" and damping of {damping:.3g} N*m*s/rad" if damping > 0.0 else ""
         texts.append(f"{leg.joints[place].name}: {what} stands as dry friction of {torque:.3g} N*m{more}")
-    error = f"in the trials it moves {left:.2g} deg RMS away from the diagnosed leg, without any friction there "
-    return [*texts, error + f"{without:.2g} deg"]
+    error = f"in the trials it moves {significant(left, 2)} deg RMS away from the diagnosed leg, without any friction "
+    return [*texts, error + f"there {significant(without, 2)} deg"]

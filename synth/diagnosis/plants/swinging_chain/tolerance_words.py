@@ -6,6 +6,7 @@ from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.swinging_chain.stated_numbers import NUMBERS_CHANGED, RATES, nominal_rate
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
+from synth.units import significant
 
 # Effect -> the part, and the words for more and for less of its number.
 NUMBER_WORDS = {
@@ -42,7 +43,7 @@ def number_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> 
     if share:
         part, more, less = NUMBER_WORDS[cause.effect]
         sense = more if share > 0.0 else less
-        plain = f"the {cause.joint}'s {part} is {abs(100.0 * share):.2g} % {sense} than designed"
+        plain = f"the {cause.joint}'s {part} is {significant(abs(100.0 * share), 2)} % {sense} than designed"
     counted = count_of_tolerances(cause, leg, tolerances)
     return f"{plain}, {counted}" if counted else plain
 
