@@ -32,7 +32,6 @@ from synth.swing.explicit_steps import (
     K7,
     MEMORY,
     OF_RATES,
-    PLACE,
     RATE,
     ROOM,
     ROTATION,
@@ -51,7 +50,7 @@ from synth.swing.explicit_steps import (
     stage,
     stage_of_memories,
 )  # fmt: skip
-from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING, WORKING
+from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, PLACE, SERVOS, SHARING, WORKING
 
 # ``chain_modules`` reads this file as text and makes further modules of it with False: only springs, dampers and
 # gravity, no other function to call and no events, for ``LINKS`` links. It compiles in half the time.

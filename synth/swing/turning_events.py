@@ -32,13 +32,12 @@ from numba import njit
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.effects.inlined import LEAST_PRESLIDING, bend_that_holds, held
-from synth.swing.lane_layout import LANES, MOST_LINKS
+from synth.swing.lane_layout import LANES, MOST_LINKS, PLACE
 
 EVENT_WINDOW = 1e-5  # s, accuracy of an event: at 10 rad/s^2 a rate of 1e-4 rad/s, negligible
 MEMORIES = 2 * MOST_LINKS  # the first of them among the states
 NEVER = 1e300  # s, time of an event that is not expected
 SEATED = 1e-9  # rad of overlap with the flank, more than rounding errors
-PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 
 

@@ -13,8 +13,8 @@ from numba import int64, njit
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.effects.inlined import LEAST_PRESLIDING, inlined
 from synth.swing.explicit_pairs import DORMAND_PRINCE
-from synth.swing.lane_layout import LANES
-from synth.swing.turning_events import EVENT_WINDOW, MEMORIES, NEVER, PLACE
+from synth.swing.lane_layout import LANES, PLACE
+from synth.swing.turning_events import EVENT_WINDOW, MEMORIES, NEVER
 
 _DENSE = DORMAND_PRINCE.dense
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
