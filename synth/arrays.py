@@ -18,3 +18,14 @@ def finite_median(values: Array) -> float:
     if len(known) % 2:
         return float(np.partition(known, middle)[middle])
     return float(np.partition(known, (middle - 1, middle))[middle - 1 : middle + 1].mean())
+
+
+def zero_crossings(value: Array) -> NDArray[np.intp]:
+    """(m, 2) for each crossing of ``value`` (n,) the last sample of the old sign and the first of the new one.
+
+    Samples that are zero, of either sign, have none: between both samples of a crossing all are zero, and a motion that
+    touches zero and turns back does not cross it.
+    """
+    signed = np.flatnonzero((value > 0.0) | (value < 0.0))
+    changes = np.flatnonzero(np.diff(value[signed] > 0.0))
+    return np.stack([signed[changes], signed[changes + 1]], axis=1)

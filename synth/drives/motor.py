@@ -39,14 +39,6 @@ class GearedMotor:
         return self.rotor_inertia * self.gear_ratio**2
 
     @property
-    def armature(self) -> float:
-        """Kg m^2 of the rotor, reflected to the joint, less the apparent inertia of the delayed braking of the winding.
-
-        Torque -b w(t - lag) is -b w + b lag dw/dt to first order.
-        """
-        return self.reflected_inertia - self.lag * self.short_circuit_damping
-
-    @property
     def torque_a_current(self) -> float:
         """N m at the joint per ampere."""
         return self.torque_constant * self.gear_ratio * self.efficiency

@@ -52,8 +52,18 @@ class Servo:
         """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then what is not of the law.
 
         These are its delay, of control steps their period, the first of them, and the steps of the duty; 1/ohm of its
-        winding, and the limit of its command's rate. All numbers are finite.
+        winding, and the limit of its command's rate. All numbers are finite, and include the winding's lag.
         """
+        return tuple(delayed(np.array(self.without_lag), self.lag).tolist())
+
+    @property
+    def lag(self) -> float:
+        """Electrical time constant of the winding, s; 0 without a motor."""
+        return 0.0 if self.motor is None else self.motor.lag
+
+    @property
+    def without_lag(self) -> tuple[float, ...]:
+        """The ``numbers`` of the same servo whose winding has no inductance."""
         motor = self.motor
         if motor is None:
             limit = min(self.torque_limit, UNLIMITED)
@@ -64,11 +74,10 @@ class Servo:
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.short_circuit_damping
-        damping = self.damping_gain - motor.lag * self.gain
-        controller = self.gain, damping, self.dead_band, self.duty_limit, self.open_duty
-        control = self.control_period, motor.lag, self.duty_steps
+        controller = self.gain, self.damping_gain, self.dead_band, self.duty_limit, self.open_duty
+        control = self.control_period, 0.0, self.duty_steps
         more = 1.0 / motor.resistance, self.command_rate_limit
-        return *controller, strength, back_emf, limit, sag, self.delay + motor.lag, *control, *more
+        return *controller, strength, back_emf, limit, sag, self.delay, *control, *more
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
         """(m,) N m along a motion: the result of ``servo_torque``, without the delay and without control steps."""
@@ -96,6 +105,29 @@ def fed_together(drives: Sequence[Servo | TorqueDrive | None]) -> list[int]:
             groups.setdefault(drive.supply, []).append(index)
     largest = max(groups.values(), key=len, default=[])
     return largest if len(largest) > 1 else []
+
+
+GAIN, DAMPING_GAIN, DELAY, FIRST_STEP = 0, 1, 9, 11  # among a servo's numbers
+
+
+def delayed(numbers: Array, lag: Array | float) -> Array:
+    """The ``numbers`` (15, ...) of servos without inductance if their windings' time constant is ``lag`` (...) s.
+
+    To first order, see ``Servo``; ``lightened`` is its part for the inertia.
+    """
+    found = numbers.copy()
+    found[DAMPING_GAIN] -= lag * found[GAIN]
+    found[DELAY] += lag
+    found[FIRST_STEP] += lag
+    return found
+
+
+def lightened(inertia: Array | float, damping: Array | float, lag: Array | float) -> Array:
+    """Kg m^2, the ``inertia`` that turns with a joint less what the delayed braking of a winding takes.
+
+    Torque -b w(t - lag) is -b w + b lag dw/dt to first order; ``damping`` b, N m s/rad, of the short-circuited winding.
+    """
+    return np.asarray(inertia - lag * damping)
 
 
 OF_THE_LAW = 9  # arguments of ``servo_torque`` among a servo's numbers

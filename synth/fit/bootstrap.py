@@ -23,6 +23,7 @@ from synth.arrays import Array
 from synth.estimation.intervals import spectrum
 from synth.fit.diverged_fit import divergence_refused
 from synth.fit.least_squares import HUBER, Stage, start_precision
+from synth.fit.random_streams import Stream
 from synth.fit.recordings import Recording
 from synth.fit.residual_draws import Draw, Places, resample
 from synth.fit.trajectories import TrajectoryModel
@@ -87,7 +88,7 @@ def bootstrap(
         than half of the refits converge; only the sensitivities' intervals are available.
     """
     _refuse_coarse(model, stage)
-    generator = np.random.default_rng([seed, REFITS])
+    generator = Stream.REFITS.generator(seed)
     solution = stage.solution
     problem = _Problem(model, recordings, stage, generator)
     left = [residuals(r, p) for r, p in zip(recordings, solution.predictions, strict=True)]

@@ -17,6 +17,7 @@ from synth.estimation.intervals import spectrum
 from synth.fit.bootstrap import Bootstrap
 from synth.fit.diverged_fit import divergence_refused
 from synth.fit.link_errors import LinkErrors
+from synth.fit.random_streams import Stream
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 
@@ -29,7 +30,7 @@ def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: Lin
 
     ``links`` : errors of the links' parameters also move all unknowns of a draw together.
     """
-    generator = np.random.default_rng([seed, DRAWS])
+    generator = Stream.LEGS.generator(seed)
     moved = np.zeros((DRAWS, len(values)))
     if links is not None:
         sensitivity = links.considered.sensitivity

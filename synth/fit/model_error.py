@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.fit.random_streams import Stream
 
 
 @dataclass(frozen=True)
@@ -28,5 +29,5 @@ class ModelError:
 
     def added_to(self, drawn: Array, seed: int) -> Array:
         """Draws (k, p) of the unknowns with these errors in them."""
-        size = np.random.default_rng([seed, len(drawn)]).normal(size=(len(drawn), self.moved.shape[1]))
+        size = Stream.MODEL_ERROR.generator(seed).normal(size=(len(drawn), self.moved.shape[1]))
         return np.asarray(drawn + size @ self.moved.T)

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import Servo
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
@@ -181,7 +182,7 @@ def _changes(joint: Joint) -> list[tuple[Joint, str]]:
 
 
 def _in_convention(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
-    """The same readings of joint ``j`` in another convention."""
+    """The same readings of joint ``j``, and what drives it, in another convention."""
     turn = new.sign * old.sign
     shift = new.sign * (old.zero - new.zero)
     rotation, smoothed = recording.rotation.copy(), recording.smoothed
@@ -193,7 +194,17 @@ def _in_convention(recording: Recording, j: int, old: Joint, new: Joint) -> Reco
         torque = known[1].copy()
         torque[:, j] *= turn
         known = (known[0], torque)
-    return replace(recording, rotation=rotation, smoothed=replace(smoothed, angle=angle, rate=rate), known_torque=known)
+    signals, own = recording.signals, recording.leg
+    if signals is not None:
+        command, supply = signals.command.copy(), signals.supply.copy()
+        command[:, j] = turn * command[:, j] + shift
+        if isinstance(old.drive, Servo) and old.drive.open_duty:
+            supply[:, j] *= turn  # a known voltage has a sense; a controller's supply has none
+        signals = replace(signals, command=command, supply=supply)
+    if own is not None:
+        own = own.with_joints(**{own.joints[j].name: {"sign": new.sign, "zero": new.zero}})
+    smoothed = replace(smoothed, angle=angle, rate=rate)
+    return replace(recording, rotation=rotation, smoothed=smoothed, known_torque=known, signals=signals, leg=own)
 
 
 def _residual_left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) -> float:

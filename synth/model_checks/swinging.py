@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import ellipk
 
-from synth.arrays import Array
+from synth.arrays import Array, zero_crossings
 from synth.model_checks.checked import ModelCheck
 from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, Joint, Leg
@@ -132,14 +132,17 @@ def pendulum(leg: Leg, j: int) -> ModelCheck:
 def period(times: Array, motion: Array) -> float:
     """Mean period, s, from zero crossings of an oscillation about 0; nan without two full swings.
 
-    Each crossing is the root of the cubic through the four samples about it.
+    Each crossing is the root of the cubic through the four samples about it, or the middle of the samples at zero.
     """
-    at = np.flatnonzero(motion[:-1] * motion[1:] < 0)
-    at = at[(at > 0) & (at < len(times) - 2)]
-    if len(at) < 3:
+    passed = zero_crossings(motion)
+    passed = passed[(passed[:, 0] > 0) & (passed[:, 1] < len(times) - 1)]
+    if len(passed) < 3:
         return float("nan")
     crossings = []
-    for k in at:
+    for k, after in passed:
+        if after > k + 1:
+            crossings.append(0.5 * (times[k + 1] + times[after - 1]))
+            continue
         # Inverse interpolation at 0 through four samples (Lagrange).
         x, t = motion[k - 1 : k + 3], times[k - 1 : k + 3]
         crossings.append(sum(t[a] * np.prod([-x[b] / (x[a] - x[b]) for b in range(4) if b != a]) for a in range(4)))

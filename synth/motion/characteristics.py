@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, zero_crossings
 from synth.motion.rest import rest_of, vertex
 
 SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry friction of small limbs
@@ -114,7 +114,7 @@ def _rise_time(time: Array, level: Array) -> float | None:
 
 def _peaks(time: Array, level: Array, least: float) -> tuple[Array, Array]:
     """Times (m,) and heights (m,) of the extremes between successive zero crossings about rest, after the first one."""
-    crossings = np.flatnonzero(level[:-1] * level[1:] < 0) + 1
+    crossings = zero_crossings(level)[:, 1]
     times, heights = [], []
     ends = [*crossings[1:], len(level)] if len(crossings) else []  # rounded to counts, a curve may only touch it
     for first, last in zip(crossings, ends, strict=True):

@@ -28,7 +28,7 @@ from synth.planting.torque_laws import (
 
 
 @njit
-def _bristle_limits(law, p, q, w, load):
+def _bristle_limits(law, p, q, w):
     """Torque and deflection at which the bristles start to slide."""
     if law == BRISTLES:
         return stribeck_torque(w, p[0], p[1], p[2], p[3]), p[4]
@@ -58,14 +58,14 @@ def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0
             tau[i] -= mode[k] * (p[0] * load[k] + p[1])
         elif law[k] == BRISTLES or law[k] == GEAR_MESH:
             mean = 0.5 * (w0[i] + w[i])
-            limit, deflection = _bristle_limits(law[k], p, q[i], w[i], load[k])
+            limit, deflection = _bristle_limits(law[k], p, q[i], w[i])
             bristle = _advance_bristle(z[k, 0], mean, deflection, dt)
             tau[i] -= limit * bristle / deflection + p[5] * (w[i] - abs(w[i]) * bristle / deflection)
         elif law[k] == SLACK:
             if mode[k] != 0:
                 tau[i] -= p[0] * (q[i] - p[1] - mode[k] * p[2]) + p[3] * w[i]
         else:
-            a, b, dz[k, 0], dz[k, 1] = torque_laws.torque(law[k], p, table, t, q[i], w[i], q[j], w[j], z[k, 0], z[k, 1])
+            a, b, dz[k, 0], dz[k, 1] = torque_laws.torque(law[k], p, table, t, q[i], w[i], q[j], z[k, 0], z[k, 1])
             tau[i] += a
             if j != i:
                 tau[j] += b
@@ -81,7 +81,7 @@ def _limit_at_rest(law, p, load):
 
 
 @njit
-def _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
+def _release(law, at, par, mode, held, fixed, tau, force, load):
     """Release the sticking coordinate whose reaction exceeds its friction limit most; True if there is one."""
     worst, which, sense = 0.0, -1, 0
     for k in range(law.shape[0]):
@@ -99,7 +99,7 @@ def _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
 
 
 @njit
-def _margin(k, law, at, par, table, mode, fixed, q, w, z):
+def _margin(k, law, at, par, mode, fixed, q, w, z):
     """Event function of law ``k``, which changes sign at the event; 1 if the law has no event."""
     i, p = at[k, 0], par[k]
     if fixed[i]:
@@ -115,7 +115,7 @@ def _margin(k, law, at, par, table, mode, fixed, q, w, z):
 
 
 @njit
-def _apply_event(k, law, at, par, table, mode, held, q, w, z):
+def _apply_event(k, law, at, par, mode, held, q, w, z):
     """Apply the event of law ``k``: the joint sticks, or the backlash opens or closes."""
     i, p = at[k, 0], par[k]
     if law[k] == SLACK:
@@ -168,7 +168,7 @@ def _advance(
             zn[k, c] = z[k, c] + h / 6.0 * (d1[k, c] + 2.0 * d2[k, c] + 2.0 * d3[k, c] + d4[k, c])
         i, p = at[k, 0], par[k]
         if law[k] == BRISTLES or law[k] == GEAR_MESH:
-            deflection = _bristle_limits(law[k], p, qn[i], wn[i], 0.0)[1]
+            deflection = _bristle_limits(law[k], p, qn[i], wn[i])[1]
             zn[k, 0] = _advance_bristle(z[k, 0], 0.5 * (w[i] + wn[i]), deflection, h)
         elif law[k] == SLACK and mode[k] == 0:
             zn[k, 0] = z[k, 0] * math.exp(-p[0] * h / p[3])  # a massless arm with only spring and damper
@@ -215,7 +215,7 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
         while rest > 0.0:
             t = start + (step + 1) * h - rest
             derivative(body, gravity, held, law, at, par, table, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
-            while _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
+            while _release(law, at, par, mode, held, fixed, tau, force, load):
                 derivative(
                     body, gravity, held, law, at, par, table, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s
                 )
@@ -225,7 +225,7 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
             )  # fmt: skip
             used, first = rest, -1
             for k in range(m):
-                if _margin(k, law, at, par, table, mode, fixed, qn, wn, zn) < 0.0:
+                if _margin(k, law, at, par, mode, fixed, qn, wn, zn) < 0.0:
                     if cuts > 12:  # chatter: the event is applied at the end of the step
                         first = k
                         continue
@@ -236,7 +236,7 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
                     )  # fmt: skip
             q[:], w[:], z[:, :] = qn, wn, zn
             if first >= 0:
-                _apply_event(first, law, at, par, table, mode, held, q, w, z)
+                _apply_event(first, law, at, par, mode, held, q, w, z)
             cuts += 1
             rest = rest - used if first >= 0 else 0.0
         angle[step + 1], speed[step + 1] = q, w
@@ -250,8 +250,8 @@ def _locate(
     t, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
 ):  # fmt: skip
     """Shorten the step to the event of law ``k`` if it comes before ``used``; the state is then at the new end."""
-    low, at_low = 0.0, max(_margin(k, law, at, par, table, mode, fixed, q, w, z), 0.0)
-    high, at_high = used, _margin(k, law, at, par, table, mode, fixed, qn, wn, zn)
+    low, at_low = 0.0, max(_margin(k, law, at, par, mode, fixed, q, w, z), 0.0)
+    high, at_high = used, _margin(k, law, at, par, mode, fixed, qn, wn, zn)
     if at_high >= 0.0:
         return used, first
     here = used
@@ -261,7 +261,7 @@ def _locate(
             body, gravity, held, law, at, par, table, mode,
             t, here, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
         )  # fmt: skip
-        value = _margin(k, law, at, par, table, mode, fixed, qn, wn, zn)
+        value = _margin(k, law, at, par, mode, fixed, qn, wn, zn)
         if here == 0.0 or value == 0.0:
             break
         if value < 0.0:

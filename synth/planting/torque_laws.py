@@ -100,7 +100,7 @@ def stop_torque(law, p, q, w):
 
 
 @njit
-def torque(law, p, table, t, q, w, qj, wj, z0, z1):
+def torque(law, p, table, t, q, w, qj, z0, z1):
     """Torques on the law's coordinate and on its second one, and rates of change of its two memories."""
     if law == CROSS:
         return p[0] * w * (1.0 - 1.0 / (1.0 + (abs(w) / p[1]) ** p[2])), 0.0, 0.0, 0.0

@@ -80,7 +80,7 @@ def _law_torque(cause: PlantedCause, q: float, w: float) -> float:
     """N m of a planted memoryless law at a rotation and rate."""
     law = cause.form.build(cause.size)[0].laws[0]
     par = np.array([*law.par, *(8 - len(law.par)) * [0.0]])
-    return float(torque_laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
+    return float(torque_laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, 0.0, 0.0)[0])
 
 
 def _torque_lost_by_thinning(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:

@@ -216,7 +216,8 @@ class Chain:
         tolerance : relative and absolute (rad, rad/s) error a step.
         known_torque : times (m,) s and torques on q (m, n) N m; each lane's drive rows change their gain, offset and
             delay. The offset applies only to joints whose torque is not zero throughout; the others are not driven.
-        signals : servo commands, supplies and switches of ``n`` joints; None if no joint has a servo.
+            At least two samples; linear between them, constant before the first and after the last.
+        signals : servo commands, supplies and switches of ``n`` joints, likewise; None if no joint has a servo.
         unit : s, unit of time inside the integrator, see ``time_unit``; 1 if a user's own effect acts, because its
             torque may contain constants in seconds.
 
@@ -224,6 +225,10 @@ class Chain:
         -------
         (n_time, n, n_lane) rad, or with ``rates`` (n_time, 2 n, n_lane) rad and rad/s; nan from the time at which a
         group diverges or exceeds ``max_steps`` to the end of the motion.
+
+        Raises
+        ------
+        ValueError : fewer than two samples of ``known_torque`` or ``signals``.
         """
         groups = lanes if isinstance(lanes, LaneGroups) else self._groups_of(lanes)
         n, n_lane, length = self.layout.n, sum(groups.widths), float(np.ptp(times))
@@ -324,10 +329,13 @@ def simulate(
 ) -> Array:
     """Motion of one leg from one state: rotations q (n_time, n) rad, or with ``rates`` (n_time, 2 n).
 
-    ``rotation`` (n,) rad and ``rate`` (n,) rad/s at ``times[0]``; locked joints must have zero rate.
+    ``rotation`` (n,) rad and ``rate`` (n,) rad/s at ``times[0]``; a locked joint's rate is 0, whatever is given. The
+    known torque and the signals need at least two samples, between which they are as in ``Chain.run``, and are
+    constant before the first and after the last.
 
     Raises
     ------
+    ValueError : a known torque or signals of fewer than two samples.
     ArithmeticError : the motion diverged or needs more steps than allowed.
     """
     legs, held = LegLanes.held(leg, np.asarray(rotation, dtype=float)[:, None])

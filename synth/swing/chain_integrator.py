@@ -19,7 +19,7 @@ from numba import float64, int64, njit, types, uint64
 
 from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
-from synth.swing import driven_steps, turning_events
+from synth.swing import driven_steps, turning_events, turning_times
 from synth.swing.explicit_pairs import DAMPED, DORMAND_PRINCE
 from synth.swing.explicit_steps import (
     ACCELERATION,
@@ -32,7 +32,6 @@ from synth.swing.explicit_steps import (
     K7,
     MEMORY,
     OF_RATES,
-    PLACE,
     RATE,
     ROOM,
     ROTATION,
@@ -51,7 +50,7 @@ from synth.swing.explicit_steps import (
     stage,
     stage_of_memories,
 )  # fmt: skip
-from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, SERVOS, SHARING, WORKING
+from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, PLACE, SERVOS, SHARING, WORKING
 
 # ``chain_modules`` reads this file as text and makes further modules of it with False: only springs, dampers and
 # gravity, no other function to call and no events, for ``LINKS`` links. It compiles in half the time.
@@ -206,10 +205,10 @@ def integrate(  # type: ignore[no-untyped-def]
         x, y = S[X : X + MEMORY + n_memory], S[Y : Y + MEMORY + n_memory]
         K = S[DERIVATIVES : DERIVATIVES + 7 * ROOM].reshape(7, ROOM)
         back, target = S[BACK : BACK + LANES], S[BACK + LANES : BACK + 2 * LANES]
-        slides, due = S[SLIDES : SLIDES + n_memory], S[DUE : DUE + n_memory]
-        expected = S[EXPECTED : EXPECTED + n_memory]
-        for e in range(n_memory):
-            due[e] = turning_events.NEVER
+        turns_room = S[BACK + 2 * LANES : BACK + 5 * LANES].reshape(3, LANES)
+        slides, due, expected = S[SLIDES : SLIDES + n_memory], S[DUE : DUE + LANES], S[EXPECTED : EXPECTED + LANES]
+        for lane in range(LANES):
+            due[lane] = turning_events.NEVER
         for m in range(len(state)):
             any_bristle = any_bristle or bends[m, 0] >= 0
             any_play = any_play or plays[m, 0] >= 0
@@ -306,14 +305,14 @@ def integrate(  # type: ignore[no-untyped-def]
             difference_of_memories(h, bends, S, n_memory, limits[0], limits[1])
         error = hardest(S, links & MOST_LINKS, n_memory)
         if WHOLE and any_event and error <= 1.0:
-            cut = turning_events.first_reversal(bends, slides, Z, x, y, K, t, h, expected)
+            cut = turning_times.first_turn(bends, slides, Z, x, y, K, t, h, turns_room, expected)
             if any_play:
                 cut = min(cut, turning_events.first_contact(plays, Z, x, y, K, h))
             if cut < h and cuts < MOST_CUTS:
                 cuts += 1
                 uncut, h = max(uncut, h), cut
-                for e in range(n_memory):
-                    due[e] = expected[e]
+                for lane in range(LANES):
+                    due[lane] = expected[lane]
                 continue
         if error <= 1.0:
             cuts = 0

@@ -25,8 +25,8 @@ from synth.compiling.compiled import compiled
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import curve_bends, curve_clocks
 from synth.swing.curve_clocks import CLOCK, COMING, ENDED, ERROR, MOVED, RATIO
-from synth.swing.lane_layout import CURVE_POINTS, LANES, Layout
-from synth.swing.stage_rows import COURSE, INTEGRAL, NODES, PLACE, RATE_SCALE, STAGES, WIDTH, place, single_place
+from synth.swing.lane_layout import CURVE_POINTS, LANES, PLACE, Layout
+from synth.swing.stage_rows import COURSE, INTEGRAL, NODES, RATE_SCALE, STAGES, WIDTH, place, single_place
 
 # First indices of blocks of the workspace, and of the working array.
 _ROTATION, _RATE, _TORQUE, _SPRING, _DAMPER = (

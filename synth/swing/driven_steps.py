@@ -57,9 +57,9 @@ def _torque_at(times, torques, j, t, k):  # type: ignore[no-untyped-def]
 def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
     """Write the servo signals, interpolated linearly, to their rows; returns the new cursor.
 
-    ``known[1]`` contains (m, 4 n) torques, commands, supplies and switches. Each lane has its own
-    delay of the commands. Held commands are written by ``hold_commands`` alone, but for those that approach another at
-    a limited rate.
+    Beyond their samples they are constant. ``known[1]`` contains (m, 4 n) torques, commands, supplies and switches.
+    Each lane has its own delay of the commands. Held commands are written by ``hold_commands`` alone, but for those
+    that approach another at a limited rate.
     """
     times, values, bend = known
     if len(times) > 1:
@@ -67,7 +67,7 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
             cursor += 1
         while cursor > 0 and times[cursor] > t:
             cursor -= 1
-        share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
+        share = min(max((t - times[cursor]) / (times[cursor + 1] - times[cursor]), 0.0), 1.0)
         for s in range(3):
             for j in range(n):
                 column = (s + 1) * n + j
@@ -96,8 +96,8 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
 def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
     """Add the known torque, interpolated linearly, with each lane's gain and offset; returns the new cursor.
 
-    ``known`` contains the delay common to all lanes. A lane's row contains its difference from that; lanes with a
-    difference are interpolated one by one.
+    Beyond its samples it is constant. ``known`` contains the delay common to all lanes. A lane's row contains its
+    difference from that; lanes with a difference are interpolated one by one.
     """
     times, torques, _ = known
     if len(times) > 1:
@@ -105,7 +105,7 @@ def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-unt
             cursor += 1
         while cursor > 0 and times[cursor] > t:
             cursor -= 1
-        share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
+        share = min(max((t - times[cursor]) / (times[cursor + 1] - times[cursor]), 0.0), 1.0)
         for j in range(n):
             torque = torques[cursor, j] + share * (torques[cursor + 1, j] - torques[cursor, j])
             apart = 0.0
@@ -144,11 +144,11 @@ def within_torque(known, cursor, t, h, most):  # type: ignore[no-untyped-def]
     if passed >= most:
         passed = most - 1
         end = times[first + passed]
-    share = (t - times[start]) / (times[first] - times[start])
+    share = (t - times[start]) / (times[first] - times[start]) if first > 0 else 0.0  # constant before the first knot
     straight = False
     while passed > 0 and not straight:
         last = min(first + passed, len(times) - 1)
-        reached = (end - times[last - 1]) / (times[last] - times[last - 1])
+        reached = min((end - times[last - 1]) / (times[last] - times[last - 1]), 1.0)  # constant after the last
         straight = True
         for j in range(torques.shape[1]):
             here = torques[start, j] + share * (torques[first, j] - torques[start, j])

@@ -17,7 +17,7 @@ from numba.extending import overload
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing import turning_events
 from synth.swing.explicit_pairs import DORMAND_PRINCE
-from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, WORKING, Layout
+from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, PLACE, ROOMS, WORKING, Layout
 
 # Weights of the memories; legs with memories are integrated with this pair only.
 _, _A1, _A2, _A3, _A4, _A5, _A6 = DORMAND_PRINCE.stages
@@ -39,7 +39,6 @@ XW, YW, VW = X + OF_RATES, Y + OF_RATES, V + OF_RATES
 # Of the memories in these rooms.
 _X, _Y, _V, _ALLOWED = (room + MEMORY for room in (X, Y, V, ALLOWED))
 _M1, _M2, _M3, _M4, _M5, _M6, _M7 = (DERIVATIVES + k * ROOM + MEMORY for k in range(7))
-PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
 _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 # numba inlines functions with one call site, because LLVM would call them with forty arguments.
 _once: dict[str, Any] = {"inline": "always", **_called}

@@ -29,7 +29,6 @@ from synth.swing.explicit_steps import (
     K7,
     MEMORY,
     OF_RATES,
-    PLACE,
     R1,
     R2,
     R3,
@@ -52,7 +51,7 @@ from synth.swing.explicit_steps import (
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_clocks import CLOCK, COMING, CUT, CUTS, LEADER, LEAST_PREVIOUS, MOVED, OWN, PREVIOUS, SIZE, STEP
-from synth.swing.lane_layout import LANES, MOST_LINKS, WORKING
+from synth.swing.lane_layout import LANES, MOST_LINKS, PLACE, WORKING
 from synth.swing.turning_events import NEVER
 from synth.swing.turning_times import turns_within
 

@@ -33,8 +33,12 @@ def for_integrator(
     Times (m,) s, torques (m, n) N m, and tolerated deviations (n,) N m from a straight line; m = 0 for no torque.
     With ``signals`` the columns of torques are followed by n columns each of commands, supplies and switches; a held
     command's tolerance is ``HELD_STILL``, and no step needs to end at a command's knots for the joints ``stepped``,
-    which read it at their control steps. The times must cover the samples of the motion, because a torque is
-    extrapolated linearly beyond its ends. Of the held commands times (p,) s and commands (p, n) rad.
+    which read it at their control steps. Beyond its first and last sample a torque or signal is constant. Of the held
+    commands times (p,) s and commands (p, n) rad.
+
+    Raises
+    ------
+    ValueError : fewer than two samples, of which the integrator would know nothing.
     """
     none = np.zeros(0), np.zeros((0, n))
     if signals is not None:
@@ -42,6 +46,7 @@ def for_integrator(
     if known is None:
         return (np.zeros(0), np.zeros((0, n)), np.zeros(n)), none
     times, torques = (np.ascontiguousarray(array, dtype=float) for array in known)
+    _refuse_single(times)
     return (times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300), none
 
 
@@ -50,6 +55,7 @@ def _with_signals(
 ) -> tuple[Linear, HeldCommands]:
     """The result of ``for_integrator`` for torques and signals, on the union of their times."""
     times = signals.time if known is None else np.union1d(signals.time, known[0])
+    _refuse_single(times)
     torque = np.zeros((len(times), n)) if known is None else _values_at(times, known[0], known[1])
     linear, held = signals.command, list(signals.held)
     if held:
@@ -68,6 +74,14 @@ def _with_signals(
     changed[[0, -1]] = True
     changed[:-1] |= changed[1:]  # a straight line to a change begins at the knot before it
     return (times[changed], values[changed], tolerated), (signals.time[told].astype(float), signals.command[told])
+
+
+def _refuse_single(times: Array) -> None:
+    """Refuse what is given at fewer than two times."""
+    if len(times) < 2:
+        raise ValueError(
+            f"{len(times)} sample of a known torque or signal: give at least two, of a constant one its ends"
+        )
 
 
 def _changes(values: Array) -> NDArray[np.bool_]:

@@ -12,8 +12,8 @@ from typing import Any
 from numba import int64, njit
 
 from synth.compiling.numba_internals import UNCOUNTED
-from synth.swing.explicit_steps import BACK, DUE, K1, PLACE, XW, V, X
-from synth.swing.lane_layout import LANES
+from synth.swing.explicit_steps import BACK, DUE, K1, XW, V, X
+from synth.swing.lane_layout import LANES, PLACE
 from synth.swing.turning_events import NEVER
 
 # Of the step control, as in ``chain_integrator``, but with a larger reserve: a rejected step costs as much as

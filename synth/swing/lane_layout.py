@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Literal
 
 LANES = 16  # trajectories with common steps; LLVM unrolls 8 into scalar code, 32 is not faster
+PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
 CURVE_POINTS = 12  # points of a damper's torque-speed curve
 MOST_LINKS = 7  # six of a leg, and one that an effect adds. Binary 111: a mask that excludes negative n
 MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at the same time

@@ -12,17 +12,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, fed_together
+from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, delayed, fed_together
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
-from synth.swing.leg_model import Leg, Tip
+from synth.swing.leg_model import Leg, Tip, turning_inertia
 
 INITIAL_ACCELERATION = 0.3  # of g: the load of a compliant link may accelerate so much when a recording begins
 # s between two commands: a limited command that reaches its goal in so short a time counts as a line of the same mean
 # and first moment; at 200 Hz a joint is then exact to 2e-5 rad (tests/drives/test_command_rate.py).
 SLEW_SHORT = 0.012
-_PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature")
+_PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature", "lag")
 
 
 @dataclass
@@ -31,11 +31,13 @@ class LegLanes:
 
     ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
     rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns with the
-    joint); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several servos; ``drive`` (3, n,
-    n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n, n_lane) parameters of
-    the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the current;
-    ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated resistance of
-    a winding over that with effects. ``weightless`` (n,) links on which gravity does no work (a sliding base).
+    joint, its rotor included); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several
+    servos; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n,
+    n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the
+    current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated
+    resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet in ``servo``
+    and ``armature`` but in ``servo_numbers`` and ``own_inertia``: so it follows what changes a motor's constants.
+    ``weightless`` (n,) links on which gravity does no work (a sliding base).
     ``torques`` : name of a torque effect -> (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and
     slopes (2, 12) of each joint, or None.
     """
@@ -56,6 +58,7 @@ class LegLanes:
     servo: Array
     torque_limit: Array
     winding: Array
+    lag: Array
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
     source: Array = field(default_factory=lambda: np.zeros(1))
@@ -99,11 +102,12 @@ class LegLanes:
             gravity=leg.gravity,
             weightless=np.zeros(len(joints)),
             curves=[compiled_rows(j.damper.curve) if j.damper and j.damper.curve else None for j in joints],
-            armature=column(leg.armature),
+            armature=column([joint.with_whole_rotor for joint in joints]),
             drive=np.zeros((len(DRIVE), len(joints), n_lane)),
             servo=_servos(leg, n_lane),
             torque_limit=column([_stated_limit(joint.drive) for joint in joints]),
             winding=np.ones((len(joints), n_lane)),
+            lag=column([joint.lag for joint in joints]),
             own=tuple(range(len(joints))),
             source=np.zeros(n_lane),
         )
@@ -148,6 +152,7 @@ class LegLanes:
             servo=wide(self.servo),
             torque_limit=wide(self.torque_limit),
             winding=wide(self.winding),
+            lag=wide(self.lag),
             curves=list(self.curves),
         )
 
@@ -237,11 +242,17 @@ class LegLanes:
         )
 
     def servo_numbers(self) -> Array:
-        """(15, n, n_lane) ``servo`` with the lower one of both torque limits."""
-        numbers = self.servo.copy()
+        """(15, n, n_lane) ``servo`` with its windings' lag, and the lower one of both torque limits."""
+        numbers = delayed(self.servo, self.lag)
         limit = numbers[SERVO.index("servo_torque_limit")]
         np.minimum(limit, self.torque_limit, out=limit)
         return numbers
+
+    @property
+    def own_inertia(self) -> Array:
+        """(n, n_lane) kg m^2 that turn with each joint: ``armature`` less what its winding's lag takes."""
+        braking = self.servo[SERVO.index("servo_back_emf")]
+        return turning_inertia(self.armature, braking, self.lag, self.mass, self.com, self.inertia)
 
     def write(self, layout: Layout, locked: tuple[int, ...], tip: Tip, tilt: float, off: Array) -> Array:
         """(n_row, n_lane) the chain's lanes, with state rows zero.
@@ -272,7 +283,7 @@ class LegLanes:
         free = np.ones(n)
         free[list(locked)] = 0.0
         lanes[layout.rows("free")] = free[:, None]
-        lanes[layout.rows("own_inertia")] = np.where(free[:, None] > 0.0, self.armature, 1.0)
+        lanes[layout.rows("own_inertia")] = np.where(free[:, None] > 0.0, self.own_inertia, 1.0)
         if self.drive.any():
             for block, wrong in zip(DRIVE, self.drive, strict=True):
                 lanes[layout.rows(block)] = wrong
@@ -301,12 +312,12 @@ class LegLanes:
 
 
 def _servos(leg: Leg, n_lane: int) -> Array:
-    """(15, n, n_lane) parameters of each joint's servo in the order of ``SERVO``, 0 without a servo."""
+    """(15, n, n_lane) parameters of each joint's servo in the order of ``SERVO`` without its lag, 0 without a servo."""
     numbers = np.zeros((len(SERVO), len(leg.joints), n_lane))
     shared = fed_together([joint.drive for joint in leg.joints])
     for index, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
-            numbers[:, index] = np.array(replace(joint.drive, torque_limit=np.inf).numbers)[:, None]
+            numbers[:, index] = np.array(replace(joint.drive, torque_limit=np.inf).without_lag)[:, None]
             if index not in shared:
                 numbers[SERVO.index("servo_conductance"), index] = 0.0
     return numbers

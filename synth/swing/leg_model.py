@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from synth.arrays import Array
-from synth.drives.servo import Servo, TorqueDrive
+from synth.drives.servo import Servo, TorqueDrive, lightened
 
 # Of the link's own inertia about its joint, the most that a winding's lag takes: more would leave the first order, in
 # which a torque of a little earlier is an inertia.
@@ -91,6 +91,22 @@ class Damper:
     part: str | None = None
 
 
+def turning_inertia(
+    whole: Array | float,
+    damping: Array | float,
+    lag: Array | float,
+    mass: Array | float,
+    com: Array | float,
+    inertia: Array | float,
+) -> Array:
+    """Kg m^2 that turn with a joint: the ``whole`` rotor and armature less a winding's lag, see ``servo.lightened``.
+
+    The lag may take more than an unstated rotor has: then the link's own inertia, of ``mass``, ``com`` and
+    ``inertia``, is the less.
+    """
+    return np.maximum(lightened(whole, damping, lag), -MOST_LAGGED * (inertia + mass * com**2))
+
+
 @dataclass(frozen=True)
 class Joint:
     """A hinge with its distal link.
@@ -116,13 +132,25 @@ class Joint:
 
     @property
     def with_rotor(self) -> float:
-        """Inertia in kg m^2 that turns with the joint, its armature and the rotor of its drive.
+        """Inertia in kg m^2 that turns with the joint, its armature and the rotor of its drive, less a winding's lag.
 
-        Less than 0 where a winding's lag takes more than these have, see ``GearedMotor.armature``.
+        Less than 0 where the lag takes more than these have. A motor whose current is known has no lag: its torque is
+        that of the current.
         """
-        rotor = self.drive.motor.armature if self.drive is not None and self.drive.motor is not None else 0.0
-        # A winding's lag may take more than an unstated rotor has: then the link's own inertia is the less.
-        return max(self.armature + rotor, -MOST_LAGGED * (self.link.inertia + self.link.mass * self.link.com**2))
+        drive, link = self.drive, self.link
+        damping = drive.motor.short_circuit_damping if isinstance(drive, Servo) and drive.motor is not None else 0.0
+        return float(turning_inertia(self.with_whole_rotor, damping, self.lag, link.mass, link.com, link.inertia))
+
+    @property
+    def with_whole_rotor(self) -> float:
+        """Inertia in kg m^2 that turns with the joint, its armature and the rotor of its drive."""
+        motor = None if self.drive is None else self.drive.motor
+        return self.armature + (0.0 if motor is None else motor.reflected_inertia)
+
+    @property
+    def lag(self) -> float:
+        """Time constant in s of the winding whose torque the simulation computes; 0 without one."""
+        return self.drive.lag if isinstance(self.drive, Servo) else 0.0
 
     @property
     def ends(self) -> tuple[float, float] | None:

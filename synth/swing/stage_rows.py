@@ -14,7 +14,6 @@ MOST_STAGED = 4  # links; the unrolled elimination has (3 n)^3 / 3 lines, 600 fo
 MASSES = MOST_STAGED * (MOST_STAGED + 1) // 2  # entries of a symmetric mass matrix
 EVALUATED = MASSES + MOST_STAGED  # rows of mass matrix and torques at one state
 PAIRS = STAGES * (STAGES + 1) // 2  # of stages, in the order of ``pair``
-PLACE = (1 << 48) - 1  # mask that excludes negative indices, as in ``chain_integrator``
 WIDTH = MOST_STAGED * LANES  # doubles of one quantity of all joints
 
 # Rows of ``curve_clocks``: a lane's time and the size of its steps, s; the last kept step over the next one; the

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from synth.compiling.elimination import solve
 from synth.swing.chain_source import DECORATOR, HEADER, equations_of_motion, lane_loop, link_directions
-from synth.swing.lane_layout import CURVE_POINTS, LANES, Layout
+from synth.swing.lane_layout import CURVE_POINTS, LANES, PLACE, Layout
 from synth.swing.stage_rows import (
     AT_SHARES,
     AVERAGED,
@@ -19,7 +19,6 @@ from synth.swing.stage_rows import (
     INVERSE,
     MASSES,
     MOST_STAGED,
-    PLACE,
     RATE_SCALE,
     SHARE_WEIGHTS,
     STAGES,

@@ -15,10 +15,11 @@ from synth.swing.leg_model import Leg
 
 LINK_QUANTITIES = ("length", "mass", "com", "inertia")
 QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest", "torque_constant", "resistance")
-# For each motor constant: the parameters of a servo that change with it, and the power.
+# For each motor constant: the parameters of a servo that change with it, and the power. What its lag does to the
+# controller and to the inertia follows from these (``LegLanes.servo_numbers``, ``own_inertia``), as in the leg.
 MOTOR_POWERS = {
     "torque_constant": {"servo_strength": 1, "servo_torque_limit": 1, "servo_back_emf": 2},
-    "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1, "servo_conductance": -1},
+    "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1, "servo_conductance": -1, "lag": -1},
 }
 
 
@@ -64,10 +65,12 @@ class Tolerances:
             if name in MOTOR_POWERS:
                 if self.width[q].any():
                     for number, power in MOTOR_POWERS[name].items():
-                        legs.servo[SERVO.index(number)] *= np.exp(power * shift[q])
+                        values = legs.lag if number == "lag" else legs.servo[SERVO.index(number)]
+                        values *= np.exp(power * shift[q])
                 if name == "torque_constant":
                     for joint in self.by_current:
-                        legs.drive[DRIVE.index("torque_gain"), joint] = np.expm1(shift[q, joint])
+                        gain = legs.drive[DRIVE.index("torque_gain"), joint]
+                        gain += np.expm1(shift[q, joint]) * (1.0 + gain)  # beside that which the leg states
                 continue
             values = getattr(legs, name)
             if name == "rest":
@@ -99,10 +102,15 @@ class Tolerances:
             if j in self.by_current:
                 # The torque of the recordings was made with the nominal constant.
                 if shift[7, j] != 0.0:
-                    effects = {**effects, "torque_gain": {"share": float(np.expm1(shift[7, j]))}}
+                    stated = effects.get("torque_gain", {}).get("share", 0.0)
+                    share = float(factor[7, j]) * (1.0 + stated) - 1.0
+                    effects = {**effects, "torque_gain": {"share": share}}
             elif drive is not None and drive.motor is not None:
                 constant = drive.motor.torque_constant * factor[7, j]
                 motor = replace(drive.motor, torque_constant=constant, resistance=drive.motor.resistance * factor[8, j])
                 drive = replace(drive, motor=motor)
+                if "source_resistance" in effects:  # which is a share of the winding's, and the same in ohm
+                    share = effects["source_resistance"].get("share", 0.0) / float(factor[8, j])
+                    effects = {**effects, "source_resistance": {"share": share}}
             joints.append(replace(joint, link=link, spring=spring, damper=damper, drive=drive, effects=effects))
         return replace(leg, joints=tuple(joints))

@@ -19,8 +19,8 @@ Mechanical Systems*, 2004, ch. 7), so that perturbed copies of a leg remain smoo
 Arrays are flat with 16 lanes per state: ``x`` is the state at the start of a step, ``y`` at its end, ``K``
 (7, n_state * 16) contains the derivatives. States are ``MOST_LINKS`` angles, as many rates, and memories from
 ``MEMORIES`` on. ``bends`` (n_memory, 2) : for a bristle, the state whose rate bends it and the row of its presliding in
-the workspace ``Z``, else -1. ``slides`` and ``due`` have 16 entries a memory. ``plays`` (n_memory, 3) : for the output
-side of a backlash, the joint and the rows of the gap and of the spring's rest, else -1.
+the workspace ``Z``, else -1. ``slides`` has 16 entries a memory, ``due`` one a lane. ``plays`` (n_memory, 3) : for the
+output side of a backlash, the joint and the rows of the gap and of the spring's rest, else -1.
 """
 
 from __future__ import annotations
@@ -32,13 +32,12 @@ from numba import njit
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.effects.inlined import LEAST_PRESLIDING, bend_that_holds, held
-from synth.swing.lane_layout import LANES, MOST_LINKS
+from synth.swing.lane_layout import LANES, MOST_LINKS, PLACE
 
 EVENT_WINDOW = 1e-5  # s, accuracy of an event: at 10 rad/s^2 a rate of 1e-4 rad/s, negligible
 MEMORIES = 2 * MOST_LINKS  # the first of them among the states
 NEVER = 1e300  # s, time of an event that is not expected
 SEATED = 1e-9  # rad of overlap with the flank, more than rounding errors
-PLACE = (1 << 48) - 1  # mask that excludes negative indices; wrap-around indexing would need a gather instruction
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 
 
@@ -164,74 +163,6 @@ def bound_bends(bends, y, error):  # type: ignore[no-untyped-def]
                 kept = max(-1.0, min(1.0, y[d + lane]))
                 error[d + lane] = kept - max(-1.0, min(1.0, y[d + lane] - error[d + lane]))
                 y[d + lane] = kept
-
-
-@njit(**_options)
-def first_reversal(bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
-    """Time within the step from ``t`` to ``t + h`` at which the first joint with a sliding bristle reverses.
-
-    ``h`` if none reverses earlier than ``EVENT_WINDOW`` before the end of the step. ``due`` is filled with all these
-    times.
-    """
-    first = h
-    for m in range(len(bends)):
-        own = (m * LANES) & PLACE
-        for lane in range(LANES):
-            due[own + lane] = NEVER
-        if bends[m, 0] < 0:
-            continue
-        # Most steps contain no reversal; this vectorised check over all lanes decides.
-        b, row = (bends[m, 0] * LANES) & PLACE, bends[m, 1] & PLACE
-        count = 0.0
-        for lane in range(LANES):
-            before, after, sliding = x[b + lane], y[b + lane], slides[own + lane]
-            sense = sliding if sliding != 0.0 else before
-            near = (after * sense <= 0.0) | (abs(after) <= EVENT_WINDOW * abs(K[6, b + lane]))
-            count += 1.0 if near & (Z[row, lane] < LEAST_PRESLIDING) else 0.0
-        if count == 0.0:
-            continue
-        for lane in range(LANES):
-            if _kept_share(bends, m, lane, Z) >= 1.0:
-                continue
-            d, e = ((MEMORIES + m) * LANES & PLACE) + lane, b + lane
-            before, after, sense = x[e], y[e], slides[own + lane]
-            slid = sense != 0.0
-            if not slid:  # it bends, but may start to slide within the step and reverse after that
-                sense = 1.0 if before > 0.0 else -1.0
-                # 0.7: with a reserve, so that no start of sliding is missed.
-                slid = 0.7 * abs(K[0, d]) * h * abs(before) > (1.0 - x[d] * sense) * abs(before - after)
-            if abs(after) <= EVENT_WINDOW * abs(K[6, e]):
-                if y[d] * sense > 0.999:  # reverses at the end of the step; undo what it has bent back by then
-                    y[d] = sense
-            elif after * sense < 0.0 and slid:
-                where = _zero(before, after, h * K[0, e], h * K[6, e], sense)
-                due[own + lane] = t + where * h
-                first = min(first, max(where * h, 1e-3 * EVENT_WINDOW))
-    return first
-
-
-@njit(**_options)
-def _zero(before, after, slope_before, slope_after, sense):  # type: ignore[no-untyped-def]
-    """Zero in 0..1 of the cubic with these end values and slopes, by Newton's method with bisection as safeguard.
-
-    ``sense`` : sign of the cubic before its zero.
-    """
-    low, high = 0.0, 1.0
-    where = before / (before - after)
-    for _ in range(6):
-        if not (low < where < high):
-            where = 0.5 * (low + high)
-        u = 1.0 - where
-        value = u * u * ((1.0 + 2.0 * where) * before + where * slope_before)
-        value += where * where * ((3.0 - 2.0 * where) * after - u * slope_after)
-        if value * sense > 0.0:
-            low = where
-        else:
-            high = where
-        slope = 6.0 * where * u * (after - before) + u * (1.0 - 3.0 * where) * slope_before
-        slope += where * (3.0 * where - 2.0) * slope_after
-        where -= value / slope
-    return where if low < where < high else 0.5 * (low + high)
 
 
 @njit(**_options)

@@ -1,4 +1,4 @@
-"""When a sliding joint of each lane turns within the lane's own step; see ``turning_events``.
+"""When a sliding joint of each lane turns within the lane's own step, or a common one; see ``turning_events``.
 
 The rate's course over a step is that of the dense output, of order 4, so a step that is repeated up to the turn ends
 within ``EVENT_WINDOW`` of it.
@@ -13,8 +13,8 @@ from numba import int64, njit
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.effects.inlined import LEAST_PRESLIDING, inlined
 from synth.swing.explicit_pairs import DORMAND_PRINCE
-from synth.swing.lane_layout import LANES
-from synth.swing.turning_events import EVENT_WINDOW, MEMORIES, NEVER, PLACE
+from synth.swing.lane_layout import LANES, PLACE
+from synth.swing.turning_events import EVENT_WINDOW, MEMORIES, NEVER
 
 _DENSE = DORMAND_PRINCE.dense
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
@@ -79,6 +79,23 @@ def turns_within(bends, slides, Z, x, y, K, step, cut, leader):  # type: ignore[
             if late and y[e] * sense > EVENT_WINDOW * abs(K[6, e]):
                 where = _turn(x[e], y[e], h, e, K, sense, 1.0, 1.0 + _BEYOND)
                 cut[lane] = where * h if where < 1.0 + _BEYOND else NEVER
+
+
+@njit(**_options)
+def first_turn(bends, slides, Z, x, y, K, t, h, room, due):  # type: ignore[no-untyped-def]
+    """Time from the start of a common step from ``t`` to ``t + h`` to the first turn in any lane; ``h`` without one.
+
+    ``due`` (16,) is filled with the times of each lane's first turn, ``NEVER`` without one. ``room`` (3, 16).
+    """
+    step, cut, leader = room[0], room[1], room[2]
+    for lane in range(LANES):
+        step[lane], leader[lane] = h, lane  # each its own: a turn after the step's end is left to the next step
+    turns_within(bends, slides, Z, x, y, K, step, cut, leader)
+    first = h
+    for lane in range(LANES):
+        first = min(first, cut[lane])
+        due[lane] = t + cut[lane] if cut[lane] < NEVER else NEVER
+    return first
 
 
 @inlined

@@ -17,6 +17,8 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, ca
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.workbench import Workbench
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo
 from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
@@ -234,3 +236,20 @@ def test_a_diverging_derivative_costs_odds_and_makes_no_nan() -> None:
     assert np.isfinite(sound).all()
     assert np.all(diverged[:, 1] == np.inf)
     assert shape_cost(diverged) == pytest.approx(0.5 * np.sum(sound[:, 0] ** 2))
+
+
+def test_a_lighter_rotor_is_written_as_a_rotor() -> None:
+    """A leg file refuses an armature below zero."""
+    motor = GearedMotor(2.0, 0.02, gear_ratio=50.0, rotor_inertia=2e-6, inductance=2e-3)
+    driven = TWO.with_joints(hip={"drive": Servo(5.0, supply=12.0, motor=motor)})
+    shapes = [
+        c
+        for c in candidates(driven, TRIALS, natural_sizes_of(driven, TRIALS))
+        if c.effect.name == "armature" and c.joint == 0
+    ]
+    fit = EvaluatedHypothesis((shapes[0],), np.r_[np.zeros(TOLERANCES.size), -0.1], ())
+    changed = shapes[0].named(fit.unknowns[-1:])["inertia"]
+    hip = diagnosed_leg(driven, TOLERANCES, fit, ()).joints[0]
+    assert changed < 0.0
+    assert hip.armature == 0.0
+    assert hip.with_whole_rotor == pytest.approx(max(0.0, 5e-3 + changed))

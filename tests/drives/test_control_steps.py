@@ -39,7 +39,7 @@ def told(command: Array = COMMAND, supply: float = 7.4) -> ServoSignals:
 
 
 def inertia(servo: Servo) -> float:
-    return LINK.inertia + LINK.mass * LINK.com**2 + (0.0 if servo.motor is None else servo.motor.armature)
+    return LINK.inertia + LINK.mass * LINK.com**2 + (0.0 if servo.motor is None else servo.motor.reflected_inertia)
 
 
 def stepped(servo: Servo) -> Array:

@@ -73,7 +73,7 @@ def test_free_speed_of_a_motor_under_a_known_voltage() -> None:
     arm = replace(leg(servo), gravity=0.0)
     signals = ServoSignals(TIMES, np.zeros((401, 1)), np.full((401, 1), 3.0), np.ones((401, 1)))
     motion = simulate(arm, [0.0], [0.0], TIMES, signals=signals, rates=True, tolerance=1e-8)
-    inertia = LINK.inertia + LINK.mass * LINK.com**2 + motor.armature
+    inertia = LINK.inertia + LINK.mass * LINK.com**2 + motor.reflected_inertia
     expected = 3.0 / 0.37 * (1.0 - np.exp(-TIMES * motor.short_circuit_damping / inertia))
     np.testing.assert_allclose(motion[:, 1], expected, atol=2e-5)
 
@@ -92,7 +92,7 @@ def test_a_moving_servo_against_scipy() -> None:
     enabled = np.clip((1.6 - TIMES) / 0.005, 0.0, 1.0)
     signals = told(command, enabled=enabled)
     found = simulate(leg(SERVO, armature=1.8e-3), [0.0], [0.0], TIMES, signals=signals, tolerance=1e-8)[:, 0]
-    inertia = LINK.inertia + LINK.mass * LINK.com**2 + 1.8e-3 + MOTOR.armature
+    inertia = LINK.inertia + LINK.mass * LINK.com**2 + 1.8e-3 + MOTOR.reflected_inertia
 
     def derivative(time: float, x: np.ndarray) -> list[float]:
         wanted, supply, on = signals.at(np.array([time]), np.array([SERVO.delay]))

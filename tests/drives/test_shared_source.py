@@ -62,7 +62,7 @@ def torques(servos: tuple[Servo, ...], ohms: float, q: Array, w: Array, command:
 def moved(servos: tuple[Servo, ...], ohms: float, heat: dict[str, float] | None = None) -> Array:
     """(m, 2) rad with scipy, the mass matrix written out for two links; ``heat`` warms the knee's winding."""
     (a, b), g = LINKS, 9.81
-    rotor = [s.motor.armature for s in servos if s.motor is not None]
+    rotor = [s.motor.reflected_inertia for s in servos if s.motor is not None]
     c, far = b.mass * a.length * b.com, b.inertia + b.mass * b.com**2
 
     def slope(t: float, x: Array) -> list[float]:

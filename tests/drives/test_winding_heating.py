@@ -50,7 +50,7 @@ def test_a_moving_joint_against_scipy(ohms: float) -> None:
     command = 0.7 + 0.4 * np.sin(2.0 * TIMES)
     made = leg(winding_heating=HEAT).with_joints(arm={"drive": replace(SERVO, source_resistance=ohms)})
     found = simulate(made, [0.5], [0.0], TIMES[:1001], signals=signals(command), tolerance=1e-9)
-    inertia = LINK.inertia + LINK.mass * LINK.com**2 + MOTOR.armature
+    inertia = LINK.inertia + LINK.mass * LINK.com**2 + MOTOR.reflected_inertia
 
     def slope(t: float, x: Array) -> list[float]:
         error = float(np.interp(t, TIMES, command)) - x[0]

@@ -12,14 +12,26 @@ from fit.simulated_legs import NAMES, bare, releases, robot
 from robustness.random_legs import random_case
 from synth.api.fitting import read_fit
 from synth.batch.one_fit import ready
+from synth.drives.motor import GearedMotor
+from synth.drives.servo import Servo, ServoSignals
 from synth.errors import UserError
+from synth.files.drive_columns import signals as servo_signals
 from synth.files.leg_file import read_leg, write_leg
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.plausibility import convention_doubts, doubts, leg_doubts, recording_doubts
-from synth.fit.recordings import recordings
+from synth.fit.plausibility import (
+    _in_convention,
+    _residual_left,
+    convention_doubts,
+    doubts,
+    leg_doubts,
+    recording_doubts,
+)
+from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import sample_scatter
-from synth.swing.leg_model import Leg
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.validation.thesis_data import read_lab_data
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "fit"
@@ -136,3 +148,38 @@ def test_a_wrong_joint_zero_is_detected(joint: int) -> None:
     made = recordings(wrong, trials)
     (text,) = convention_doubts(wrong, made, fit_leg(wrong, made))
     assert f"with zero: {np.degrees(right):.0f} deg of the {NAMES[joint]}" in text
+
+
+@pytest.mark.parametrize("drive", [Servo(3.0, 0.02), Servo(0.0, open_duty=1.0, motor=GearedMotor(5.0, 0.3))])
+@pytest.mark.parametrize(("sign", "zero"), [(-1, 1.0), (1, 1.0 + np.pi), (-1, 1.0 + 0.5 * np.pi)])
+def test_what_drives_a_joint_is_turned_with_its_angle(drive: Servo, sign: int, zero: float) -> None:
+    """Readings of one log by a leg of another convention, turned to the true one, are those of the true leg."""
+    true = Joint("knee", Link(0.2, 0.7, 0.09, 3.5e-3), zero=1.0, spring=Spring(1.5, 1.3), drive=drive)
+    built = Leg("arm", (true,))
+    time = np.arange(0.0, 1.0, 0.01)
+    read, wave = 1.0 + 0.5 * np.sin(7.0 * time), 0.6 * np.cos(5.0 * time)
+    columns = {"knee command": wave} if not drive.open_duty else {"knee voltage": wave}
+
+    def recorded(leg: Leg) -> Recording:
+        signals = servo_signals(leg, columns, time)
+        return recordings(leg, [Trial("a.csv", time, read[:, None], signals=signals)], ())[0]
+
+    other = changed(built, 0, sign=sign, zero=zero)
+    turned, expected = _in_convention(recorded(other), 0, other.joints[0], true), recorded(built)
+    np.testing.assert_allclose(turned.rotation, expected.rotation, atol=1e-12)
+    assert turned.signals is not None
+    assert expected.signals is not None
+    for name in ("command", "supply"):
+        np.testing.assert_allclose(getattr(turned.signals, name), getattr(expected.signals, name), atol=1e-12)
+
+
+def test_a_wrong_sign_beside_a_servo_leaves_nothing_when_it_is_turned_back() -> None:
+    true = Leg("arm", (Joint("knee", Link(0.2, 0.7, 0.09, 3.5e-3), zero=1.0, spring=Spring(1.5, 1.3),
+                             damper=Damper(0.02), drive=Servo(3.0, 0.02)),), tilt=0.5)  # fmt: skip
+    wrong, time = changed(true, 0, sign=-1), np.arange(0.0, 2.0, 0.01)
+    command, ones = 0.6 * np.sin(4.0 * time[:, None]), np.ones((len(time), 1))
+    motion = simulate(true, [0.4], [0.0], time, signals=ServoSignals(time, command, ones, ones))
+    signals = ServoSignals(time, true.to_measured(command), ones, ones)
+    (recording,) = recordings(wrong, [Trial("a.csv", time, true.to_measured(motion), signals=signals)])
+    turned = _in_convention(recording, 0, wrong.joints[0], true.joints[0])
+    assert _residual_left(true, [turned]) < np.radians(0.05)

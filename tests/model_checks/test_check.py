@@ -99,6 +99,15 @@ def test_a_period_is_read_between_samples() -> None:
     assert np.isnan(swinging.period(times, np.ones(900)))
 
 
+def test_a_period_is_read_where_zero_is_a_sample() -> None:
+    """Twenty samples a cycle with each crossing at one of them, of one and of three samples at zero."""
+    times = np.arange(100) / 20.0
+    swing = np.cos(2 * pi * times)
+    for threshold in (1e-9, 0.4):
+        resting = np.where(np.abs(swing) < threshold, -0.0, swing)
+        assert swinging.period(times, resting) == pytest.approx(1.0, rel=1e-12)
+
+
 def test_what_is_not_a_number_fails() -> None:
     assert not ModelCheck("a", "b", 1.0, float("nan"), 1.0, "1", "").passed
 

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from synth.arrays import zero_crossings
 from synth.motion.characteristics import CUT, characteristics
 from synth.motion.rest import FROM_LEG, FROM_SWINGS, MOVES_AT_END
 
@@ -181,3 +182,31 @@ def test_a_cut_start_gives_no_time_and_share_that_need_the_start() -> None:
     assert found.damping_ratio == pytest.approx(0.1, rel=5e-3)
     assert found.validity == f"valid; {CUT}"
     assert abs(found.amplitude) == pytest.approx(np.abs(whole[first:]).max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+def test_a_crossing_on_a_sample_is_a_crossing(zero: float) -> None:
+    """80 samples a second of 2 Hz: each crossing falls on a sample; closed form of the exponential envelope."""
+    time = np.arange(0.0, 3.0, 0.0125)
+    swing = np.exp(-time) * np.cos(4.0 * np.pi * time)
+    found = characteristics(time, np.where(np.abs(swing) < 1e-12, zero, swing), rest=0.0)
+    assert found.damping_ratio == pytest.approx(1.0 / math.hypot(1.0, 4.0 * np.pi), rel=0.01)
+    assert found.damped_frequency == pytest.approx(4.0 * np.pi, rel=1e-3)
+    beside = characteristics(time, swing + 1e-9, rest=0.0)
+    assert found.damping_ratio == pytest.approx(beside.damping_ratio, rel=1e-6)
+    assert found.validity == beside.validity == "valid"
+
+
+@pytest.mark.parametrize(
+    ("value", "crossings"),
+    [
+        ([1.0, -1.0, 2.0], [[0, 1], [1, 2]]),
+        ([1.0, 0.0, -1.0, -0.0, -0.0, 3.0], [[0, 2], [2, 5]]),
+        ([0.0, 1.0, 0.0, 2.0, -0.0, 1.0, 0.0], []),
+        ([0.0, 0.0, -1.0, 1e-300, -0.0], [[2, 3]]),
+        ([0.0, -0.0], []),
+        ([], []),
+    ],
+)
+def test_zero_samples_have_no_sign(value: list[float], crossings: list[list[int]]) -> None:
+    assert zero_crossings(np.array(value)).tolist() == crossings

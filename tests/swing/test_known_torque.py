@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from synth.drives.servo import Servo, ServoSignals
 from synth.swing import driven_steps
-from synth.swing.chain import compiled_chain, simulate
+from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.known_torque import average_torques
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -77,3 +79,35 @@ def test_a_step_that_is_tried_again_sees_the_knots_before_its_stages() -> None:
     assert expected == pytest.approx((0.15, 1, 0.05))  # past the flat knot at 0.1, to that at 0.2
     for ahead in (3, 6, 9):
         assert driven_steps.within_torque(known, ahead, 0.05, 0.5, 100) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("ends", [0.1, 0.35])
+def test_a_known_torque_keeps_its_ends_beyond_its_samples(ends: float) -> None:
+    """As with the same samples and one more of the last value; it went on along its last slope."""
+    moments, torque = np.array([0.02, ends]), np.array([0.05, 0.2])
+    held = np.array([0.0, *moments, 1.5]), np.array([0.05, *torque, 0.2])
+    got = simulate(LEG, [0.4], [0.0], TIMES, known_torque=(moments, torque[:, None]), tolerance=1e-9)[:, 0]
+    np.testing.assert_allclose(got, reference(*held), atol=1e-7)
+
+
+def test_a_servo_s_signals_keep_their_ends_too() -> None:
+    arm, moments = replace(LEG, joints=(replace(LEG.joints[0], drive=Servo(2.0, 0.1)),)), np.array([0.0, 0.1])
+    wave, one = np.array([[0.0], [0.3]]), np.ones((2, 1))
+    short = ServoSignals(moments, wave, one, one)
+    long = ServoSignals(np.array([0.0, 0.1, 1.5]), *(np.vstack([rows, rows[-1:]]) for rows in (wave, one, one)))
+    first, second = (simulate(arm, [0.4], [0.0], TIMES, signals=each, tolerance=1e-9) for each in (short, long))
+    np.testing.assert_allclose(first, second, atol=1e-7)
+
+
+def test_a_single_sample_is_refused() -> None:
+    """It acted on nothing, without a word."""
+    with pytest.raises(ValueError, match="1 sample of a known torque or signal: give at least two"):
+        simulate(LEG, [0.4], [0.0], TIMES, known_torque=(np.zeros(1), np.full((1, 1), 5.0)))
+
+
+def test_a_locked_joint_s_rate_is_zero() -> None:
+    two = replace(LEG, joints=(LEG.joints[0], replace(LEG.joints[0], name="other")))
+    states = ([0.0, 3.0], [0.0, 0.0])
+    one, other = (simulate(two, [0.4, 0.2], rate, TIMES, Conditions((1,))) for rate in states)
+    np.testing.assert_array_equal(one, other)
+    assert np.ptp(one[:, 1]) == 0.0

@@ -17,6 +17,7 @@ def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
     for name in ("servo_strength", "servo_back_emf", "servo_sag", "servo_conductance"):
         legs.servo[SERVO.index(name), joint] /= 1.0 + share
     legs.winding[joint] /= 1.0 + share
+    legs.lag[joint] /= 1.0 + share
 
 
 EFFECT = Effect(

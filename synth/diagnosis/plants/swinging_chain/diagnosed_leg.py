@@ -14,7 +14,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Joint, Leg
 from synth.swing.tolerances import Tolerances
 
 
@@ -69,7 +69,15 @@ def _with_changed_numbers(leg: Leg, candidate: Candidate, x: Array) -> Leg:
             damper = replace(damper, rate=rate)
         elif damper is not None and damper.curve is not None and rate != 0.0:
             damper = replace(damper, curve=with_rate(damper.curve, rate))
-        rotor = joint.drive.motor.armature if joint.drive is not None and joint.drive.motor is not None else 0.0
-        own = float(legs.armature[j, 0]) - rotor
-        joints.append(replace(joint, link=link, spring=spring, damper=damper, armature=own))
+        joint = _with_armature(joint, float(legs.armature[j, 0]))
+        joints.append(replace(joint, link=link, spring=spring, damper=damper))
     return replace(leg, joints=tuple(joints), tilt=float(np.asarray(legs.tilt)[0]))
+
+
+def _with_armature(joint: Joint, whole: float) -> Joint:
+    """The joint with ``whole`` kg m^2 that turn with it; where its rotor alone has more, with less of a rotor."""
+    own = whole - (joint.with_whole_rotor - joint.armature)
+    if own >= 0.0 or joint.drive is None or joint.drive.motor is None:
+        return replace(joint, armature=own)
+    motor = replace(joint.drive.motor, rotor_inertia=whole / joint.drive.motor.gear_ratio**2)
+    return replace(joint, armature=0.0, drive=replace(joint.drive, motor=motor))
