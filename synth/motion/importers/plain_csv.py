@@ -25,7 +25,7 @@ SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 TRIED = 20  # lines, header included, by which the separator is chosen
 COMMENTS = ("#", "%", "//")
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
-_ELECTRIC = re.compile(r"volt|supply|battery|current|torque|effort|moment", re.IGNORECASE)
+_OTHER = re.compile(r"volt|supply|battery|current|torque|effort|moment|velocity|speed", re.IGNORECASE)
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 
 
@@ -109,8 +109,8 @@ def title_and_unit(title: str) -> tuple[str, str]:
     match = _TITLE.fullmatch(title)
     if not match:
         return title, ""
-    # Beside angles and times only of what is electric or a torque: "Hip (L)" is the left one, "Hip (A)" may be one too.
-    known = ("rad", "s", *(("V", "A", "N*m") if "[" in title or _ELECTRIC.search(match[1]) else ()))
+    # Beside angles and times only of what its name tells: "Hip (L)" is the left one, "Hip (A)" may be one too.
+    known = ("rad", "s", *(("V", "A", "N*m", "rad/s") if "[" in title or _OTHER.search(match[1]) else ()))
     return (match[1], match[2]) if any(_is_unit(match[2], of) for of in known) else (title, "")
 
 
