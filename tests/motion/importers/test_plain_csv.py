@@ -66,6 +66,18 @@ def test_decimal_commas_and_commas_in_names(tmp_path: Path, separator: str, quot
     np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
 
 
+def test_quoted_decimal_commas_between_commas_are_refused(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").map("{:.6f}".format)
+    data = data.map(lambda cell: cell.replace(".", ","))
+    data["place, pair"] = "leg 1,2"  # a remark may have commas
+    (tmp_path / "a.csv").write_text(data.to_csv(index=False))
+    with pytest.raises(UserError) as caught:
+        imported(tmp_path / "a.csv")
+    assert len(caught.value.problems) == 4
+    text = '"0,000000" is a number with a comma; write 0.000000, or semicolons between columns'
+    assert text in str(caught.value)
+
+
 def test_a_known_torque_and_velocities_are_kept_and_other_numbers_named(tmp_path: Path) -> None:
     """Of joints without a drive, in the leg's sense and the table's units; a velocity that is none is left out."""
     time, measured = angles()
