@@ -63,7 +63,7 @@ def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
         return checks, [*left_out, f"equilibrium and energy: {error}"]
     pose = rest_pose(plain)
     loose = [joint.name for j, joint in enumerate(plain.joints) if _indifferent(plain, j, pose)]
-    left_out += [f"equilibrium of the {name}: neither weight nor spring turns it; each angle is one" for name in loose]
+    left_out += [f"equilibrium at the {name}: neither weight nor spring turns it; each angle is one" for name in loose]
     if len(loose) < len(plain.joints):
         checks += [check for check in rest(plain) if check.where not in loose]
     if potential(plain, pose + AWAY) - potential(plain, pose) <= BALANCED * _weight(plain):

@@ -56,7 +56,7 @@ def test_energy_is_kept_beside_a_joint_that_nothing_holds(gravity: float) -> Non
     assert all(each.passed for each in checks)
     # Each angle of the first joint is one of equilibrium: a test of it would be empty.
     assert [each.where for each in checks if each.name == "angle at equilibrium"] == ["arm"]
-    assert any(text.startswith("equilibrium of the yaw: ") for text in left_out)
+    assert any(text.startswith("equilibrium at the yaw: ") for text in left_out)
 
 
 def test_a_leg_in_equilibrium_everywhere_has_no_check_of_it() -> None:
