@@ -29,6 +29,7 @@ from synth.files.trial_list import (
     on_one_turn,
     other_leg_fault,
     trials_together,
+    turned_back,
 )
 from synth.files.validate import check_part, gathering, raise_if_any
 from synth.files.yaml_lines import Document
@@ -61,6 +62,7 @@ def checked_trials(trials: Sequence[Trial], leg: Leg, place: Document, *, own_le
     # Trials that were continued when they were read are on one turn already.
     if any(any(new.jumps) and new is not old for new, old in zip(found, trials, strict=True)):
         found = on_one_turn(found, leg)
+    found = turned_back(found, leg)
     raise_if_any(trials_together(found, leg, in_code=True))
     return tuple(found)
 

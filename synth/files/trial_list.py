@@ -18,7 +18,7 @@ from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
 from synth.files.recordings_together import check_together
-from synth.files.turns import turns_together, usual_angle
+from synth.files.turns import TURN, turns_back, turns_together, usual_angle
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
@@ -66,6 +66,9 @@ class Trial:
         be degrees. Empty: not looked for.
     by_current
         joints whose torque is a recorded current times their motor's constant.
+    turned
+        whole turns that were added to each joint's angles, which lay on another turn than those of the other trials;
+        empty: none.
     """
 
     name: str
@@ -85,6 +88,7 @@ class Trial:
     jumps: tuple[int, ...] = ()
     unusual: tuple[float, ...] = ()
     by_current: tuple[str, ...] = ()
+    turned: tuple[int, ...] = ()
 
 
 class TipMass(FileModel):
@@ -184,7 +188,7 @@ def read_trials(
             recorded = read_recording(listed.path, others.get(listed.index, leg), name=listed.name)
             trials.append(_trial(recorded, listed, leg, others.get(listed.index)))
     if not problems:
-        trials = on_one_turn(trials, leg)
+        trials = turned_back(on_one_turn(trials, leg), leg)
         problems += trials_together(trials, leg)
     raise_if_any(problems)
     return trials
@@ -211,6 +215,30 @@ def on_one_turn(trials: list[Trial], leg: Leg) -> list[Trial]:
     for trial in made:
         trial.angles.flags.writeable = False
     return made
+
+
+def turned_back(trials: list[Trial], leg: Leg) -> list[Trial]:
+    """The trials, those with a joint displaced by whole turns from all others turned back; others as they are.
+
+    A joint that a servo or a known torque turns may be on another turn, and is left.
+    """
+    moved = np.zeros((len(trials), len(leg.joints)), dtype=int)
+    for j, joint in enumerate(leg.joints):
+        free = [t for t, trial in enumerate(trials) if not _driven(trial, j)]
+        if len(free) > 1:
+            spans = [np.nanquantile(trials[t].angles[:, j], [0.05, 0.5, 0.95]) for t in free]
+            moved[free, j] = turns_back([(float(a), float(b), float(c)) for a, b, c in spans], joint)
+    made = list(trials)
+    for t in np.flatnonzero(moved.any(axis=1)):
+        angles = trials[t].angles + moved[t] * TURN
+        angles.flags.writeable = False
+        made[t] = replace(trials[t], angles=angles, turned=tuple(moved[t].tolist()))
+    return made
+
+
+def _driven(trial: Trial, j: int) -> bool:
+    """Whether a servo or a known torque may turn joint ``j``."""
+    return trial.signals is not None or (trial.torques is not None and bool(np.nan_to_num(trial.torques[:, j]).any()))
 
 
 def _rests_as(trial: Trial) -> Hashable:

@@ -120,6 +120,30 @@ def _beside(size: Array) -> Array:
     return np.asarray(np.max([padded[k : k + len(size)] for k in (0, 1, 3, 4)], axis=0))
 
 
+def turns_back(spans: Sequence[tuple[float, float, float]], joint: Joint) -> list[int]:
+    """Whole turns that bring a joint's recordings back that lie on another turn than the others; else 0.
+
+    ``spans`` : (t) lower end, middle and upper end of the angles, rad, without glitches. A spring's angle is not
+    periodic, so a recording is turned only where no joint turns on: each covers less than half a turn, and after the
+    turn it lies where the others do. What lies in the joint's stated range stays.
+    """
+    none = [0] * len(spans)
+    if any(high - low > TURN / 2 for low, _, high in spans):
+        return none
+    ends = joint.range or (np.inf, -np.inf)
+    inside = [ends[0] - YIELDING <= low and high <= ends[1] + YIELDING for low, _, high in spans]
+    middles = np.array([middle for _, middle, _ in spans])
+    # Where most are; of as many, where the leg file has the joint.
+    some = middles[inside] if any(inside) else middles
+    alike = np.abs(some[:, None] - some) <= TURN / 2
+    most = np.lexsort((np.abs(some - usual_angle(joint)), -alike.sum(axis=1)))[0]
+    home = float(np.median(some[alike[most]]))
+    away = np.abs(middles - home) > TURN / 2
+    turns = np.round((home - middles) / TURN)
+    back = np.abs(middles + turns * TURN - home) < TURN / 4
+    return [int(turns[t]) if away[t] and back[t] and not inside[t] else 0 for t in range(len(spans))]
+
+
 def turns_together(middles: Sequence[float], jumped: Sequence[bool], reference: float) -> list[float]:
     """Whole turns, rad, that bring one joint's recordings together, of which some were unwrapped.
 

@@ -18,6 +18,7 @@ from synth.units import quantity
 TRIALS = "trials"
 LAW = "the leg's law"
 NAMED_SHARE = 0.5  # share of the variance from which a parameter of the leg file is named
+RATE_UNITS = {"spring_rate": "N*m/rad", "damper_rate": "N*m*s/rad"}
 MOST_NAMED = 3  # most parameters in a sentence
 
 
@@ -28,12 +29,14 @@ class IntervalSource:
     ``shares`` : source -> share, summing to 1: ``trials`` (their noise, and a ridge that they leave open), ``the leg's
     law`` where it is not known, or a parameter of the leg file such as ``mass of the knee's link``. ``half`` : half of
     the reported 90 % interval, relative for a rate (of a symmetric one in the logarithm), in rad for a free angle.
+    ``most`` : of a rate that is not told from none, the interval's upper end, SI; the lower is 0.
     """
 
     joint: str
     quantity: str
     half: float
     shares: Mapping[str, float]
+    most: float | None = None
 
     @property
     def of_links(self) -> float:
@@ -45,7 +48,9 @@ class IntervalSource:
         """The dominant source in words; None if it is the trials."""
         if self.of_links < NAMED_SHARE:
             return None
-        wide = f"{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"{100 * self.half:.2g} %"
+        wide = f"+-{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"+-{100 * self.half:.2g} %"
+        if self.most is not None:
+            wide = f"upper limit of {self.most:.2g} {RATE_UNITS[self.quantity]}"
         ranked = sorted(((s, n) for n, s in self.shares.items() if n not in (TRIALS, LAW)), reverse=True)
         largest: list[tuple[float, str]] = []
         for item in ranked[:MOST_NAMED]:
@@ -55,18 +60,20 @@ class IntervalSource:
         named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in largest)
         return (
             f"{self.joint}: {100 * self.of_links:.0f} % of the variance in the {self.quantity.replace('_', ' ')}'s "
-            f"+-{wide} comes from the leg file's tolerances: {named}. More trials would not reduce it; better "
+            f"{wide} comes from the leg file's tolerances: {named}. More trials would not reduce it; better "
             "measured links would"
         )
 
     def as_json(self) -> dict[str, Any]:
         """The entry of ``interval_sources``: shares of the variance, the largest first."""
-        unit = "deg" if self.quantity == "free_angle" else "%"
+        half = quantity(self.half, "deg" if self.quantity == "free_angle" else "%")
+        if self.most is not None:
+            half = quantity(0.5 * self.most, RATE_UNITS[self.quantity])
         ranked = sorted(self.shares.items(), key=lambda item: -item[1])
         return {
             "joint": self.joint,
             "quantity": self.quantity,
-            "half_width90": quantity(self.half, unit),
+            "half_width90": half,
             # Rounded to four decimals it would be 0.
             "shares": {name: round(share, 4) for name, share in ranked if share >= 5e-5 or name == TRIALS},
             "text": self.sentence,
@@ -75,31 +82,38 @@ class IntervalSource:
 
 def sources_of(
     unknowns: SpringsAndDampers,
+    values: Array,
     offsets: tuple[Array, Array],
     links: LinkErrors | None,
     error: ModelError | None = None,
 ) -> tuple[IntervalSource, ...]:
-    """Of every estimate; empty if the links are known exactly.
+    """Of every estimate that has an interval; empty if the links are known exactly.
 
-    ``offsets`` (p,) each, the ends of the reported intervals relative to the estimates: what the links and the law do
-    not explain of them is the trials'.
+    ``offsets`` (p,) each, the ends of the reported intervals relative to the estimates ``values`` (p,): what the links
+    and the law do not explain of them is the trials'.
     """
     if links is None:
         return ()
-    half90 = 0.5 * (offsets[1] - offsets[0])
+    none = np.isneginf(offsets[0])  # a rate that is not told from none, or the free angle of such a spring
+    half90 = np.where(none, np.expm1(np.where(none, np.minimum(offsets[1], 300.0), 0.0)), 0.5)
+    half90[~none] *= (offsets[1] - offsets[0])[~none]
     variance = np.maximum((half90 / NORMAL90) ** 2, 1e-300)
     shares = links.considered.sensitivity**2 / variance[:, None]
     law = np.zeros(len(variance)) if error is None else np.diag(error.covariance) / variance
     names = [f"{WORDS[what]} of the {joint}'s link" for joint, what in links.names]
     found = []
     for joint, kind, place in _places(unknowns):
-        half = float(half90[place])
-        if kind != "free_angle":
+        half, most = float(half90[place]), None
+        if none[place] and kind == "free_angle":
+            continue
+        if none[place]:
+            most = float(np.exp(values[place] + offsets[1][place]))
+        elif kind != "free_angle":
             half = float(np.expm1(min(half, 20.0)))  # e^20: open in any case, but finite
         others = dict(zip(names, shares[place].tolist(), strict=True))
         if error is not None:
             others[LAW] = float(law[place])
-        found.append(IntervalSource(joint, kind, half, {TRIALS: max(0.0, 1.0 - sum(others.values())), **others}))
+        found.append(IntervalSource(joint, kind, half, {TRIALS: max(0.0, 1.0 - sum(others.values())), **others}, most))
     return tuple(found)
 
 

@@ -163,8 +163,10 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
     if not found:
         return []
     after, name, text = min(found)
+    tried = ", ".join(recording.name for recording in some)
+    share = f"{len(some)} of the {len(recordings)} trials" if len(some) < len(recordings) else "the trials"
     text = (
-        f"the fit leaves {np.degrees(before):.2g} deg; with {text} of the {name} one of {len(some)} trials leaves "
+        f"the fit leaves {np.degrees(before):.2g} deg; with {text} of the {name} a fit of {share} ({tried}) leaves "
         f"{np.degrees(after):.2g}. Sign or zero of the {name}?"
     )
     return [decisive(text)]

@@ -16,12 +16,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
-from synth.fit.fit_problem import unknowns_of
-from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.static_points import Balance
-from synth.fit.trajectories import TrajectoryModel
-from synth.fit.uncertainty import LOOSE_RATE, covariance
+from synth.fit.uncertainty import LOOSE_RATE
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
@@ -33,7 +30,31 @@ ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])  # rad, of the reading: by eye, protr
 ANGLES = 25  # tried over the joint's travel
 TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, attached at its tip
 FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel is limited
+WORTH = 0.8  # of the interval now, that with the point: a point that narrows it by less than a fifth is not proposed
 LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose does not determine the rate
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the unknowns: covariances (p, p) of the trials alone and with the links' and the law's errors.
+
+    ``ends`` (p,) each, of the reported intervals relative to the estimates; ``widths`` (4, n) of the links' parameters.
+    """
+
+    trials: Array
+    total: Array
+    ends: tuple[Array, Array]
+    widths: Array
+
+    def half_width(self, place: int) -> float:
+        """The reported interval's, as a factor minus one; infinite for a rate that is not told from none."""
+        return _half_width(0.5 * float(self.ends[1][place] - self.ends[0][place]) / NORMAL90)
+
+    @property
+    def weight(self) -> float:
+        """Relative standard deviation of a link's weight about a joint, from the least exact link."""
+        length_mass_com = self.widths[:3]
+        return float(np.sqrt((length_mass_com.max(axis=1) ** 2).sum()))
 
 
 @dataclass(frozen=True)
@@ -111,20 +132,25 @@ class Proposal:
         return written
 
 
-def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> tuple[Proposal, ...]:
-    """A static point for every joint whose spring rate is not determined by the trials and existing points."""
-    unknowns = unknowns_of(model)
-    known = covariance(model, solution, with_prior=False)
+def proposals(
+    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Known
+) -> tuple[Proposal, ...]:
+    """A static point for every joint whose spring rate is not determined by the trials and existing points.
+
+    Only those that make the reported interval narrower; none of a spring that is not told from none.
+    """
     found = []
     for place, j in enumerate(unknowns.rates):
-        if np.sqrt(known[place, place]) > LOOSE_RATE and any(j in recording.free for recording in recordings):
-            proposal = _proposal(unknowns, recordings, solution.values, known, j)
-            found += [proposal] if proposal is not None else []
+        loose = np.sqrt(known.trials[place, place]) > LOOSE_RATE and np.isfinite(known.ends[0][place])
+        if loose and any(j in recording.free for recording in recordings):
+            proposal = _proposal(unknowns, recordings, values, known, j)
+            if proposal is not None and np.log1p(proposal.after) <= WORTH * np.log1p(proposal.before):
+                found.append(proposal)
     return tuple(found)
 
 
 def _proposal(
-    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Array, j: int
+    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Known, j: int
 ) -> Proposal | None:
     """The point that determines joint ``j``'s rate best, with the least accurate reading that reaches the goal."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
@@ -141,24 +167,24 @@ def _proposal(
         held = pose.copy()
         held[j] = angle
         weight = float(static_torque(coefficients(leg), held, leg.tilt)[j])
-        points.append((held, rate * (angle - rest) + weight, rate * (angle - rest)))
+        spring = rate * (angle - rest)
+        points.append((held, spring + weight, spring, known.weight * abs(weight)))
     if not points:
         return None
     readings = [(share, error) for error in ANGLE_ERRORS for share in TORQUE_SHARES]
     best: tuple[float, int, float, float] | None = None
     for share, angle_error in readings:
-        for index, (held, torque, spring) in enumerate(points):
+        for index, (held, torque, spring, of_weight) in enumerate(points):
             error = max(share * abs(torque), 1e-9)
-            after = _deviation_after_point(
-                unknowns, values, known, Balance("", j, float(held[j]), spring, error, angle_error), place
-            )
+            point = Balance("", j, float(held[j]), spring, float(np.hypot(error, of_weight)), angle_error)
+            after = _deviation_after_point(unknowns, values, known.total, point, place)
             if best is None or after < best[0]:
                 best = after, index, error, angle_error
         assert best is not None
         if best[0] <= AIM:
             break
     assert best is not None
-    held, torque, _ = points[best[1]]
+    held, torque, *_ = points[best[1]]
     made = Proposal(
         leg.joint_names[j],
         leg.joint_names,
@@ -166,14 +192,14 @@ def _proposal(
         float(leg.sign[j] * torque),
         best[2],
         best[3],
-        _half_width(float(np.sqrt(known[place, place]))),
+        known.half_width(place),
         _half_width(best[0]),
     )
     return _with_tip_mass(made, unknowns, fitted, pose, values, known, j)
 
 
 def _with_tip_mass(
-    made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Array, j: int
+    made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Known, j: int
 ) -> Proposal:
     """The proposal with the smallest mass at the tip that reaches the goal, if any."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
@@ -186,8 +212,9 @@ def _with_tip_mass(
         if np.abs(hung - pose).max() > FARTHEST_SAG:
             break
         spring = -float(static_torque(coefficients(leg, share * mass), hung, leg.tilt)[j])
-        point = Balance("", j, float(hung[j]), spring, 1e-9, made.angle_error)
-        after = _deviation_after_point(unknowns, values, known, point, place)
+        error = max(known.weight * abs(spring), 1e-9)
+        point = Balance("", j, float(hung[j]), spring, error, made.angle_error)
+        after = _deviation_after_point(unknowns, values, known.total, point, place)
         if after <= AIM:
             angle = float(leg.to_measured(hung)[j])
             return replace(made, tip_mass=share * mass, tip_angle=angle, tip_after=_half_width(after))

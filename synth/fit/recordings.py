@@ -39,8 +39,8 @@ class Recording:
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True for
     samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
     recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
-    the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on jumps by whole turns that
-    were removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial.
+    the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on whole turns that were
+    removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial.
     """
 
     name: str
@@ -258,9 +258,13 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
 
 
 def _jump_message(leg: Leg, trial: Trial) -> str:
-    """The message on removed jumps; empty if there were none."""
+    """The message on removed jumps and whole turns; empty if there were none."""
     counts = [f"{name} {count}" for name, count in zip(leg.joint_names, trial.jumps, strict=False) if count]
-    return f"jumps by a whole turn were removed ({', '.join(counts)}): the readings are wrapped" if counts else ""
+    turned = [f"{name} {360 * k:+d} deg" for name, k in zip(leg.joint_names, trial.turned, strict=False) if k]
+    texts = [f"jumps by a whole turn were removed ({', '.join(counts)}): the readings are wrapped"] if counts else []
+    if turned:
+        texts.append(f"turned back by whole turns to where the other trials are ({', '.join(turned)})")
+    return "; ".join(texts)
 
 
 def _moving_locked(leg: Leg, trial: Trial) -> list[Problem]:

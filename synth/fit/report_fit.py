@@ -9,18 +9,20 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.consider import Considered
-from synth.estimation.intervals import NORMAL90, Estimate
+from synth.estimation.intervals import Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import unknowns_of
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
+from synth.fit.interval_ends import interval_ends
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
+from synth.fit.none_rates import NoneRates, none_rates
 from synth.fit.odd_trials import odd_trials
-from synth.fit.proposal import proposals
+from synth.fit.proposal import Known, proposals
 from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
@@ -92,22 +94,24 @@ def result_of(
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
-    spreads, chosen = {name: covariance(model, solution) for name, solution in solutions.items()}, solutions[mode]
+    spreads, chosen = {name: covariance(model, each) for name, each in solutions.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
     links[mode] = _with_law(fitted.error, links[mode])
-    offsets = _offsets(fitted, spreads, refits, links)
+    alone, nones = _none_rates(model, fitted, solutions, links)
+    offsets = interval_ends(unknowns, (mode, chosen), spreads, refits, nones, fitted.error, fitted.least)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
     rms = {name: _by_joint_name(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
-    static = _static(unknowns, chosen.values)
-    drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
-    drawn, spreads[mode] = _with_model_error(fitted.error, drawn, spreads[mode], options.seed)
+    static, edges = _static(unknowns, chosen.values), at_edges(unknowns, chosen.values, nones[mode].places)
+    drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
+    drawn = nones[mode].drawn(unknowns, chosen.values, _with_model_error(fitted.error, drawn, options.seed))
     made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
-    clipped, noise = _by_joint_name(names, left), _by_joint_name(names, scatter)
+    clipped, noise = (_by_joint_name(names, each) for each in (left, scatter))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
-    edges = at_edges(unknowns, chosen.values)
+    ridges, scale = (*fitted.softened, *(each.sentence for each in alike)), _mass_scale(unknowns, recordings)
+    known = Known(alone, _of_links_and_law(nones[mode].links, fitted.error, alone), offsets[mode], widths)
     return FitResult(
         leg=made,
         joints=joints[mode],
@@ -118,16 +122,14 @@ def result_of(
         free_angle_why=fitted.why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=noise,
-        not_separable=_left_open(model, recordings, chosen, (*fitted.softened, *(each.sentence for each in alike))),
+        not_separable=(*not_separable(unknowns, alone, chosen.values, offsets[mode]), *ridges, *scale),
         warnings=(
             *_first_sentences(fitted.error, recordings),
             *lost,
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
             *_odd_trials(leg, trials, mode),
             *away_from_their_starts(made, trials, recordings[0].unit),
-            *edges.values(),
-            *_left_out(leg),
-            *_contradicting_points(leg, static),
+            *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
         at_bound=tuple(edges),
         method="least_squares",
@@ -135,11 +137,11 @@ def result_of(
         reason=chosen.reason,
         lost_samples=sum(recording.n_lost for recording in recordings),
         static=static,
-        proposals=proposals(model, recordings, chosen),
+        proposals=proposals(unknowns, recordings, chosen.values, known),
         families=alike,
         drawn=DrawnLegs.of(unknowns, drawn),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
-        sources=sources_of(unknowns, offsets[mode], links[mode], fitted.error),
+        sources=sources_of(unknowns, chosen.values, offsets[mode], nones[mode].links, fitted.error),
     )
 
 
@@ -164,11 +166,23 @@ def _first_sentences(error: ModelError | None, recordings: Sequence[Recording]) 
     return (*((error.sentence,) if error is not None else ()), *sentences_on_reading(recordings))
 
 
-def _with_model_error(error: ModelError | None, drawn: Array, spread: Array, seed: int) -> tuple[Array, Array]:
-    """Draws (k, p) and covariance (p, p) of the unknowns with the model's error in them."""
-    if error is None:
-        return drawn, spread
-    return error.added_to(drawn, seed), spread + error.covariance
+def _none_rates(
+    model: TrajectoryModel,
+    fitted: FittedTreatments,
+    solutions: Mapping[str, Solution],
+    links: Mapping[str, LinkErrors | None],
+) -> tuple[Array, dict[str, NoneRates]]:
+    """The chosen treatment's covariance (p, p) by the trials alone; and each treatment's rates not told from none."""
+    unknowns, mode = unknowns_of(model), fitted.mode
+    alone = {name: covariance(model, solution, with_prior=False) for name, solution in solutions.items()}
+    nones = {name: none_rates(unknowns, s, alone[name], links[name]) for name, s in solutions.items() if name != mode}
+    nones[mode] = none_rates(unknowns, solutions[mode], alone[mode], links[mode], fitted.error, fitted.least)
+    return alone[mode], nones
+
+
+def _with_model_error(error: ModelError | None, drawn: Array, seed: int) -> Array:
+    """Draws (k, p) of the unknowns with the model's error in them."""
+    return drawn if error is None else error.added_to(drawn, seed)
 
 
 def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors | None:
@@ -185,33 +199,6 @@ def _equal_pairs(
     if fitted.searched:
         return ()
     return families(model, recordings, fitted.stage, fitted.least or (fitted.stage.solution if misfit else None))
-
-
-def _offsets(
-    fitted: FittedTreatments,
-    spreads: Mapping[str, Array],
-    refits: Bootstrap | None,
-    links: Mapping[str, LinkErrors | None],
-) -> dict[str, tuple[Array, Array]]:
-    """Ends of each treatment's intervals, relative to the estimates (p,): noise, links' errors and ridge included."""
-    offsets = {name: _normal_offsets(spread) for name, spread in spreads.items()}
-    chosen = fitted.stage.solution.values
-    if refits is not None:
-        offsets[fitted.mode] = refits.offsets(chosen)
-    for name, found in links.items():
-        if found is not None:
-            offsets[name] = _add_errors(offsets[name], found.covariance)
-    if fitted.error is not None:
-        offsets[fitted.mode] = _add_errors(offsets[fitted.mode], fitted.error.covariance)
-    if fitted.least is not None:
-        offsets[fitted.mode] = _offsets_reaching(offsets[fitted.mode], chosen, fitted.least.values)
-    return offsets
-
-
-def _add_errors(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array, Array]:
-    """The ends of the intervals with independent errors of this covariance (p, p) added in quadrature."""
-    half = NORMAL90 * np.sqrt(np.diag(covariance))
-    return -np.hypot(offsets[0], half), np.hypot(offsets[1], half)
 
 
 def _refits(
@@ -236,15 +223,16 @@ def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float]
     )
 
 
-def _left_open(
-    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, softened: Sequence[str]
-) -> tuple[str, ...]:
-    """Sentences on what the trials leave open: each joint, moves along a ridge, and the mass scale."""
-    unknowns = unknowns_of(model)
-    messages = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
+def _of_links_and_law(links: LinkErrors | None, error: ModelError | None, cov: Array) -> Array:
+    """The covariance (p, p) of the trials alone with the errors of the links and of the law."""
+    return cov + (0.0 if links is None else links.covariance) + (0.0 if error is None else error.covariance)
+
+
+def _mass_scale(unknowns: SpringsAndDampers, recordings: Sequence[Recording]) -> list[Remark]:
+    """The sentence on the mass scale, if the trials leave it open."""
     weighed = any(balance.weighed for balance in unknowns.balances)
-    scale = mass_scale_sentence(model.leg, recordings, weighed=weighed)
-    return (*messages, *softened, *([scale] if scale else []))
+    scale = mass_scale_sentence(unknowns.leg, recordings, weighed=weighed)
+    return [scale] if scale else []
 
 
 def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
@@ -283,19 +271,6 @@ def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
     ]
 
 
-def _offsets_reaching(offsets: tuple[Array, Array], values: Array, least: Array) -> tuple[Array, Array]:
-    """The offsets about ``values``, widened to contain the same interval about ``least``."""
-    low, high = offsets
-    moved = least - values
-    return np.minimum(low, moved + low), np.maximum(high, moved + high)
-
-
-def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
-    """(p,) each, the ends of the 90 % intervals relative to the values, from the covariance."""
-    half = NORMAL90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return -half, half
-
-
 def _odd_trials(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
     rms, free = np.array([trial.rms for trial in trials]), np.array([trial.free_angle for trial in trials])
     return odd_trials([t.name for t in trials], leg.joint_names, rms, free if mode == "per_trial" else None)
@@ -311,8 +286,11 @@ def _left_out(leg: Leg) -> list[str]:
     ]
 
 
-def at_edges(unknowns: SpringsAndDampers, values: Array) -> dict[str, Remark]:
-    """Estimates at a bound of the search or near it, by name, each with a sentence: its interval is invalid."""
+def at_edges(unknowns: SpringsAndDampers, values: Array, none: Sequence[int] = ()) -> dict[str, Remark]:
+    """Estimates at a bound of the search or near it, by name, each with a sentence: its interval is invalid.
+
+    ``none`` : places of rates that are not told from none. Their intervals begin at 0, below the least rate.
+    """
     sentences = {}
     sides = (("least", unknowns.lower), ("greatest", unknowns.upper))
     for what, unit, joints, at in (
@@ -322,7 +300,7 @@ def at_edges(unknowns: SpringsAndDampers, values: Array) -> dict[str, Remark]:
         for j in joints:
             value = values[at(j)]
             for name, side in sides:
-                if abs(value - side[at(j)]) < NEAR_LOGARITHM:
+                if abs(value - side[at(j)]) < NEAR_LOGARITHM and not (name == "least" and at(j) in none):
                     found, bound = np.exp([value, side[at(j)]])
                     remark = _at_edge(unknowns, j, what, f"{found:.3g} {unit}", f"{bound:.3g}", name)
                     sentences[unknowns.names[at(j)]] = remark
@@ -353,8 +331,8 @@ def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Ar
 
     def rate(place: int, unit: str) -> Estimate:
         value = solution.values[place]
-        # exp(300) is finite, and open in any case.
-        low, high = (value + np.clip(offset[place], -300.0, 300.0) for offset in offsets)
+        # exp(300) is finite, and open in any case; exp(-inf) is 0.
+        low, high = value + offsets[0][place], value + min(offsets[1][place], 300.0)
         # exp(709) is the largest double.
         return Estimate(float(np.exp(value)), unit, float(np.exp(low)), float(np.exp(min(high, 700.0))))
 

@@ -132,61 +132,58 @@ def _deviation_of_quotient(cov: Array, first: int, other: int) -> float:
     return float(np.sqrt(max(0.0, cov[first, first] + cov[other, other] - 2 * cov[first, other])))
 
 
-def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> list[Remark]:
-    """Sentences on what the trials leave open, each with the measurement that would determine it."""
-    leg, sentences = unknowns.leg, []
-    deviation = np.sqrt(np.diag(cov))
-    joints = leg.joint_names
-    for j in unknowns.rates:
-        position = unknowns.rate_at(j)
-        loose_k = deviation[position] > LOOSE_RATE
-        if j not in unknowns.dampers:
-            if loose_k:
-                text = (
-                    f"these trials determine the spring rate only to {_percent(deviation[position])}. "
-                    "A static torque-angle point at this joint would determine it."
-                )
-                sentences.append(at_joint(joints[j], text))
-            continue
-        other = unknowns.damper_at(j)
-        ratio = _deviation_of_quotient(cov, position, other)
-        seconds = float(np.exp(values[other] - values[position]))
-        if is_ridge(cov, position, other):
-            text = (
-                f"not separable: spring rate and damper rate. The trials give b/k = {seconds:.3g} s to "
-                f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to "
-                f"{_percent(deviation[other])}. A static torque-angle point at this joint would separate them."
-            )
-            sentences.append(at_joint(joints[j], text))
-        else:
-            for place, what in ((position, "spring rate"), (other, "damper rate")):
-                if deviation[place] > LOOSE_RATE:
-                    text = _loose_rate_sentence(unknowns, place, what, values, deviation)
-                    sentences.append(at_joint(joints[j], text))
+def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array, offsets: tuple[Array, Array]) -> list[Remark]:
+    """Sentences on what the trials leave open, each with the measurement that would determine it.
+
+    ``cov`` (p, p) of the trials alone, without priors; ``offsets`` (p,) each, the ends of the reported intervals
+    relative to the values: a rate whose lower end is -inf is not told from none.
+    """
+    sentences = []
+    for j, joint in enumerate(unknowns.leg.joint_names):
+        if j in unknowns.rates:
+            sentences += [at_joint(joint, text) for text in _open_rates(unknowns, j, cov, values, offsets)]
     for j in unknowns.rests:
-        sd = deviation[unknowns.rest_at(j)]
-        if sd > np.radians(1.5):  # +-2.5 deg at 90 %: a quarter of a bought spring's tolerance
-            text = f"the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg."
-            sentences.append(at_joint(joints[j], text))
+        place = unknowns.rest_at(j)
+        half = 0.5 * (offsets[1][place] - offsets[0][place])
+        # +-2.5 deg at 90 %: a quarter of a bought spring's tolerance
+        if np.sqrt(cov[place, place]) > np.radians(1.5) and np.isfinite(half):
+            text = f"the free angle is known only to +-{np.degrees(half):.1f} deg."
+            sentences.append(at_joint(unknowns.leg.joint_names[j], text))
     return sentences
 
 
-def _loose_rate_sentence(unknowns: SpringsAndDampers, place: int, what: str, values: Array, deviation: Array) -> str:
-    """What the trials say of a rate that they hardly determine; ``deviation`` (p,) of the log rates."""
-    if not _like_none(unknowns, place, values):
-        return (
-            f"these trials determine the {what} only to {_percent(deviation[place])}. "
-            "More trials, or releases in which this joint moves more, would determine it better."
-        )
-    most = float(np.exp(values[place] + NORMAL90 * deviation[place]))
-    unit = "N*m/rad" if what == "spring rate" else "N*m*s/rad"
-    return (
-        f"these trials do not tell the {what} from none: at most some {significant(most, 2)} {unit}. "
-        "Its interval is that of a positive number, and does not reach zero."
-    )
+def _open_rates(
+    unknowns: SpringsAndDampers, j: int, cov: Array, values: Array, offsets: tuple[Array, Array]
+) -> list[str]:
+    """What the trials leave open of one joint's rates."""
+    deviation, position = np.sqrt(np.diag(cov)), unknowns.rate_at(j)
+    other = unknowns.damper_at(j) if j in unknowns.dampers else None
+    if other is not None and is_ridge(cov, position, other):
+        return [
+            f"not separable: spring rate and damper rate. The trials give b/k = "
+            f"{np.exp(values[other] - values[position]):.3g} s to "
+            f"{_percent(_deviation_of_quotient(cov, position, other))}, but k only to {_percent(deviation[position])} "
+            f"and b to {_percent(deviation[other])}. A static torque-angle point at this joint would separate them."
+        ]
+    texts, remedy = [], "More trials, or releases in which this joint moves more, would determine it better."
+    for place, what in ((position, "spring rate"), (other, "damper rate")):
+        if place is None:
+            continue
+        if offsets[0][place] == -np.inf:
+            texts.append(_none_sentence(what, float(np.exp(values[place] + offsets[1][place]))))
+        elif deviation[place] > LOOSE_RATE:
+            mend = "A static torque-angle point at this joint would determine it." if other is None else remedy
+            texts.append(f"these trials determine the {what} only to {_percent(deviation[place])}. {mend}")
+    return texts
 
 
-def _like_none(unknowns: SpringsAndDampers, place: int, values: Array) -> bool:
+def _none_sentence(what: str, most: float) -> str:
+    """What the trials say of a rate that they do not tell from none; ``most`` the upper end of its interval, SI."""
+    unit, more = ("N*m/rad", " Its free angle is unknown.") if what == "spring rate" else ("N*m*s/rad", "")
+    return f"these trials do not tell the {what} from none: it is at most some {significant(most, 2)} {unit}.{more}"
+
+
+def like_none(unknowns: SpringsAndDampers, place: int, values: Array) -> bool:
     """Whether a log rate lies below the prior's range: there a poorly determined one is where the prior stopped it."""
     mean, precision = (each[place] for each in unknowns.prior)
     return bool(values[place] < mean - NORMAL90 / np.sqrt(precision))

@@ -61,13 +61,23 @@ def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
         rest_pose(plain)
     except ArithmeticError as error:
         return checks, [*left_out, f"equilibrium and energy: {error}"]
-    checks += rest(plain)
     pose = rest_pose(plain)
+    loose = [joint.name for j, joint in enumerate(plain.joints) if _indifferent(plain, j, pose)]
+    left_out += [f"equilibrium at the {name}: neither weight nor spring turns it; each angle is one" for name in loose]
+    if len(loose) < len(plain.joints):
+        checks += [check for check in rest(plain) if check.where not in loose]
     if potential(plain, pose + AWAY) - potential(plain, pose) <= BALANCED * _weight(plain):
         away = float(np.degrees(AWAY))
         left_out.append(f"energy: {away:.0f} deg away from equilibrium the leg has no more of it than there")
         return checks, left_out
     return [*checks, *energy_kept(plain)], left_out
+
+
+def _indifferent(leg: Leg, j: int, pose: Array) -> bool:
+    """Whether joint j is in equilibrium at each angle, the others at ``pose`` (n,) rad: a test of it would be empty."""
+    turn = AWAY * np.eye(len(pose))[j]
+    moved = [potential(leg, pose + way * turn) - potential(leg, pose) for way in (1.0, -1.0)]
+    return max(map(abs, moved)) <= BALANCED * _weight(leg)
 
 
 def _weight(leg: Leg) -> float:

@@ -171,7 +171,8 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
     messages = [
         f"{name}: {np.degrees(found[0][j]):.1f} deg from the published spring rate, "
         f"{np.degrees(found[1][j]):.1f} deg with the wrong sign of the foot's weight, {published[j]:.0f} deg "
-        f"published. The free angle varies by {np.degrees(spreads[j]):.1f} deg (standard deviation) over releases; "
+        f"published. At the published rate it varies by {np.degrees(spreads[j]):.1f} deg (standard deviation) over "
+        "releases; "
         + (
             "the difference is not larger."
             if abs(np.degrees(found[0][j]) - published[j]) <= np.degrees(spreads[j])
@@ -183,7 +184,7 @@ def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
         "Table 4",
         "The robot leg: free angles",
         ("", "published", "published rates, corrected", "published rates, foot's weight wrong", "least squares",
-         "its spread over releases"),
+         "spread over releases, least squares"),
         rows,
         "The free angle with which spring and weight balance in the final pose of a release: median over the seven.",
         tuple(messages),

@@ -236,7 +236,7 @@ def test_a_joint_that_is_not_separable_is_on_a_ridge(monkeypatch: pytest.MonkeyP
     cov = 1e-6 * np.eye(len(unknowns.names))
     cov[np.ix_([k, b], [k, b])] = [[0.115**2, 0.115 * 0.13 * 0.9995], [0.115 * 0.13 * 0.9995, 0.13**2]]
     values = np.zeros(len(cov))
-    assert any("not separable" in text for text in not_separable(unknowns, cov, values))
+    assert any("not separable" in text for text in not_separable(unknowns, cov, values, (-values, values)))
     monkeypatch.setattr(ridge, "covariance", lambda *_, **__: cov)
     assert loose_joints(model, SimpleNamespace()) == [1]  # type: ignore[arg-type]
 

@@ -111,7 +111,10 @@ def test_a_wrong_joint_sign_is_detected(joint: int) -> None:
     made = recordings(wrong, trials)
     (text,) = convention_doubts(wrong, made, fit_leg(wrong, made))
     assert text.endswith(f"Sign or zero of the {NAMES[joint]}?")
-    assert f"with sign: {right:+d} of the {NAMES[joint]}" in text
+    tried = ", ".join(trial.name for trial in trials[:2])
+    assert (
+        f"with sign: {right:+d} of the {NAMES[joint]} a fit of 2 of the {len(trials)} trials ({tried}) leaves" in text
+    )
 
 
 def test_a_wrong_sign_behind_an_absurd_damper_is_detected() -> None:

@@ -51,9 +51,20 @@ def test_energy_is_kept_beside_a_joint_that_nothing_holds(gravity: float) -> Non
     )
     found = Leg("free", joints, gravity=gravity)
     assert swinging._slowest(found, np.zeros(2)) == 0.0
-    checks, _ = swinging.swinging_checks(found)
+    checks, left_out = swinging.swinging_checks(found)
     assert any("energy" in each.name for each in checks)
     assert all(each.passed for each in checks)
+    # Each angle of the first joint is one of equilibrium: a test of it would be empty.
+    assert [each.where for each in checks if each.name == "angle at equilibrium"] == ["arm"]
+    assert any(text.startswith("equilibrium at the yaw: ") for text in left_out)
+
+
+def test_a_leg_in_equilibrium_everywhere_has_no_check_of_it() -> None:
+    """Without gravity and springs."""
+    found = leg(gravity=0.0).with_joints(hip={"spring": None}, knee={"spring": None})
+    checks, left_out = swinging.swinging_checks(found)
+    assert checks == []
+    assert sum("each angle is one" in text for text in left_out) == 2
 
 
 def test_drives_are_said_to_be_unchecked_and_their_rotors_take_part(

@@ -17,6 +17,7 @@ from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean_angles, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, inputs_within
 from synth.motion.importers.foreign_data import Channels, Markers, name_list, other_side
+from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.importers.swaps import exchanged_frames, restore_track, swap_notes
@@ -34,8 +35,8 @@ class ImportedRecording:
     ``time`` (n,) s on the file's own clock, a large one (``log_clock``) counted from the first sample; ``angles`` (n,
     n_joint) rad, measured, nan if missing. ``total`` samples in the file, ``began`` s its first; ``release`` as
     detected at its start, None if not searched; ``notes`` messages on everything detected, repaired or cut.
-    ``tracked``: the points of the angles, for marker files, on the same samples. ``inputs`` : of the leg's drives, over
-    the same time. ``turns`` : whole turns of each joint.
+    ``tracked``: the points of the angles, for marker files, on the same samples. ``inputs`` : of the leg's drives,
+    known torques and velocities, over the same time. ``turns`` : whole turns of each joint.
     """
 
     format: str
@@ -70,8 +71,9 @@ class ImportedRecording:
         if tracked is not None:
             clock = replace(tracked.clock, time=tracked.clock.time[kept])
             tracked = replace(tracked, clock=clock, rotation=tracked.rotation[kept], points=tracked.points[kept])
-        notes = (*self.notes, note)
-        return replace(self, time=self.time[kept], angles=self.angles[kept], notes=notes, tracked=tracked)
+        inputs = inputs_within(self.inputs, self.time, kept.start, len(self.time))[0]
+        time, angles, notes = self.time[kept], self.angles[kept], (*self.notes, note)
+        return replace(self, time=time, angles=angles, notes=notes, tracked=tracked, inputs=inputs)
 
 
 def import_file(
@@ -113,12 +115,17 @@ def import_file(
     cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
     notes += cleaned.notes
     moved = any(joint.drive is not None for joint in leg.joints)
-    if moved and cut == "free":
-        raise UserError(Problem("the leg is driven: no part of its motion is free; leave release: free out", name))
+    _refuse_cut(cut, "the leg is driven" if moved else "", name)
     inputs: tuple[DriveInput, ...] = ()
     if isinstance(source, Channels):
         inputs = drive_inputs(source, leg, mapping, time, angles, cleaned.angles, notes)
+        inputs += velocities(source, leg, mapping, time, cleaned.angles, notes)
+        notes += unused_columns(source, leg, mapping, inputs, notes)
+    pushed = _known_torques(inputs)
+    _refuse_cut(cut, f"a known torque acts ({name_list(pushed)})" if pushed else "", name)
     release = None if window is not None or moved else _release(time, cleaned.angles, leg, notes)
+    if release is not None and pushed:
+        notes.append(f"the release was looked for as if the known torque ({name_list(pushed)}) did not act")
     if window is None:
         first, last = _samples_kept(time, release, cut, notes)
     else:
@@ -139,6 +146,17 @@ def import_file(
     return ImportedRecording(
         found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns
     )
+
+
+def _refuse_cut(cut: Cut, why: str, name: str) -> None:
+    """Refuse to look for free motion where a torque acts all along, as ``why`` tells."""
+    if why and cut == "free":
+        raise UserError(Problem(f"{why}: no part of its motion is free; leave release: free out", name))
+
+
+def _known_torques(inputs: Sequence[DriveInput]) -> list[str]:
+    """Columns of torques that are not 0 throughout."""
+    return [each.column for each in inputs if each.title.endswith(" torque [N*m]") and np.nan_to_num(each.value).any()]
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:

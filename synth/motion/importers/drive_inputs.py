@@ -1,4 +1,7 @@
-"""Inputs of a leg's drives in a foreign file: commands, voltages, currents, torques, switches and the supply."""
+"""Inputs of a leg's drives in a foreign file: commands, voltages, currents, torques, switches and the supply.
+
+A joint without a drive takes a known torque.
+"""
 
 from __future__ import annotations
 
@@ -35,24 +38,31 @@ INPUTS_TOGETHER = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class DriveInput:
-    """One column of a trial: ``title`` with its unit, ``value`` (m,) in that unit at ``time`` (m,) s."""
+    """One column of a trial: ``title`` with its unit, ``value`` (m,) in that unit at ``time`` (m,) s.
+
+    ``column`` : its name in the foreign file.
+    """
 
     title: str
     time: Array
     value: Array
+    column: str = ""
 
 
 def accepted_inputs(joint: Joint) -> tuple[set[str], set[str]]:
-    """Names in ``DRIVEN`` of the inputs of which a joint's drive needs one, and of its optional inputs."""
+    """Names in ``DRIVEN`` of the inputs of which a joint's drive needs one, and of its optional inputs.
+
+    Without a drive a joint takes a known torque. A servo's torque column is its own motor's, which the model tells.
+    """
     if isinstance(joint.drive, Servo):
         return ({"voltage"} if joint.drive.open_duty else {"command"}), {"enabled"}
-    return ({"current", "torque"} if isinstance(joint.drive, TorqueDrive) else set()), set()
+    return ({"current", "torque"}, set()) if isinstance(joint.drive, TorqueDrive) else (set(), {"torque"})
 
 
 def drive_inputs(
     source: Channels, leg: Leg, mapping: Mapping, time: Array, angles: Array, cleaned: Array, notes: list[str]
 ) -> tuple[DriveInput, ...]:
-    """The inputs of the leg's drives.
+    """The inputs of the leg's drives, and known torques of joints without one.
 
     Parameters
     ----------
@@ -91,6 +101,8 @@ def _of_joint(source: Channels, joint: Joint, column: JointColumn) -> Iterator[t
     """Name of each input, its channels and the index there."""
     one_of, besides = accepted_inputs(joint)
     foreign = [word for word in column.inputs if word not in one_of | besides | {"torque"}]
+    # An effort of a joint without a drive is what a robot's driver reports, zeros or noise; a torque is a known one.
+    words = WORDS if joint.drive is not None else {"torque": ("torque",)}
     if foreign:
         kind = "none" if joint.drive is None else "one that takes " + " or ".join(sorted(one_of))
         text = (
@@ -101,7 +113,7 @@ def _of_joint(source: Channels, joint: Joint, column: JointColumn) -> Iterator[t
     missing = not (one_of & set(given))
     for word in DRIVEN:
         wanted = word in besides or (missing and word in one_of)
-        place = given.get(word) or (_channel_by_name(source, joint, column, word) if wanted else None)
+        place = given.get(word) or (channel_by_name(source, joint, column, words[word]) if wanted else None)
         if place is not None:
             missing = missing and word not in one_of
             yield word, place[0], place[1]
@@ -119,14 +131,16 @@ def _input_channel(source: Channels, joint: Joint, word: str, wanted: InputColum
     return source, source.find(wanted.column, f"{joint.name} {word}")
 
 
-def _channel_by_name(source: Channels, joint: Joint, column: JointColumn, word: str) -> tuple[Channels, int] | None:
-    """The channel whose name combines the joint and this input; None if there is none."""
+def channel_by_name(
+    source: Channels, joint: Joint, column: JointColumn, words: Sequence[str]
+) -> tuple[Channels, int] | None:
+    """The channel whose name combines the joint and one of these words; None if there is none."""
     for own in (source, *source.inputs):
         for base in dict.fromkeys((column.column, joint.name)):
-            for each in WORDS[word]:
+            for each in words:
                 for title in (f"{base} {each}", f"{each} {base}"):
-                    if own.has(title) and np.isfinite(own.values[:, own.find(title, word)]).any():
-                        return own, own.find(title, word)
+                    if own.has(title) and np.isfinite(own.values[:, own.find(title, each)]).any():
+                        return own, own.find(title, each)
     return None
 
 
@@ -146,9 +160,9 @@ def _convert_input(
     value = value * factor(DRIVEN[word], table)
     title = f"{joint.name} {word} [{table}]"
     if own is source or own.time is None:
-        return DriveInput(title, time, value)
+        return DriveInput(title, time, value, own.names[k])
     known = np.isfinite(value)
-    return DriveInput(title, own.time[known], value[known])
+    return DriveInput(title, own.time[known], value[known], own.names[k])
 
 
 def _unit(own: Channels, k: int, stated: InputColumn | None, angle: str | None, what: str, word: str) -> str:
@@ -192,7 +206,7 @@ def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: li
         k = source.find(known[0], "supply")
     unit = _unit(source, k, mapping.supply, None, "supply", "voltage")
     notes.append(f"supply: from {source.names[k]}")
-    return [DriveInput("supply [V]", time, source.values[:, k] * factor(unit, "V"))]
+    return [DriveInput("supply [V]", time, source.values[:, k] * factor(unit, "V"), source.names[k])]
 
 
 def inputs_within(
@@ -209,14 +223,14 @@ def inputs_within(
     kept = []
     for each in inputs:
         if each.time is clock:
-            kept.append(DriveInput(each.title, clock[first:last], each.value[first:last]))
+            kept.append(replace(each, time=clock[first:last], value=each.value[first:last]))
             continue
         if first >= last:
             break
         held = max(0, int(np.searchsorted(each.time, clock[first] + INPUTS_TOGETHER)) - 1)
         until = int(np.searchsorted(each.time, clock[last - 1] + INPUTS_TOGETHER))
         rows = np.maximum(each.time[held : max(until, held + 1)], clock[first])
-        kept.append(DriveInput(each.title, rows, each.value[held : max(until, held + 1)]))
+        kept.append(replace(each, time=rows, value=each.value[held : max(until, held + 1)]))
     return tuple(kept), first
 
 

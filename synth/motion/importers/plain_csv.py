@@ -27,7 +27,7 @@ TRIED = 20  # lines, header included, by which the separator is chosen
 COMMENTS = ("#", "%", "//")
 _MARK = re.compile(r"\s*(?:#+|%+|//+)\s*")  # with which a comment begins
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
-_ELECTRIC = re.compile(r"volt|supply|battery|current|torque|effort|moment", re.IGNORECASE)
+_OTHER = re.compile(r"volt|supply|battery|current|torque|effort|moment|velocity|speed", re.IGNORECASE)
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 
 
@@ -150,8 +150,8 @@ def title_and_unit(title: str) -> tuple[str, str]:
     match = _TITLE.fullmatch(title)
     if not match:
         return title, ""
-    # Beside angles and times only of what is electric or a torque: "Hip (L)" is the left one, "Hip (A)" may be one too.
-    known = ("rad", "s", *(("V", "A", "N*m") if "[" in title or _ELECTRIC.search(match[1]) else ()))
+    # Beside angles and times only of what its name tells: "Hip (L)" is the left one, "Hip (A)" may be one too.
+    known = ("rad", "s", *(("V", "A", "N*m", "rad/s") if "[" in title or _OTHER.search(match[1]) else ()))
     return (match[1], match[2]) if any(_is_unit(match[2], of) for of in known) else (title, "")
 
 
@@ -178,10 +178,29 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
                 values[k, column] = number
                 numeric[column] |= number == number
             elif row[column].strip().casefold() not in _MISSING and numeric[column]:
-                shown = row[column].strip()[:40]
-                text = f'"{shown}" is not a number; leave the cell empty where a sample is missing'
-                raise UserError(Problem(text, name, line, titles[column]))
+                raise UserError(Problem(_no_number(row[column].strip()), name, line, titles[column]))
+    if separator == ",":
+        _refuse_commas(rows, lines, [None if has else title for has, title in zip(numeric, titles, strict=True)], name)
     return np.where(np.isfinite(values), values, np.nan)
+
+
+def _refuse_commas(rows: list[list[str]], lines: list[int], titles: list[str | None], name: str) -> None:
+    """Refuse columns of quoted numbers with a comma, which would count as missing; ``titles`` None: of numbers."""
+    problems = []
+    for column, title in enumerate(titles):
+        cells = [(row[column].strip(), line) for row, line in zip(rows, lines, strict=True)]
+        filled = [(cell, line) for cell, line in cells if cell.casefold() not in _MISSING]
+        if title is not None and filled and all(pointed(cell, ";") != cell for cell, _ in filled):
+            problems.append(Problem(_no_number(filled[0][0]), name, filled[0][1], title))
+    if problems:
+        raise UserError(problems)
+
+
+def _no_number(cell: str) -> str:
+    """What is wrong with a cell among numbers, and the correct form."""
+    if pointed(cell, ";") != cell:
+        return f'"{cell[:40]}" is a number with a comma; write {pointed(cell, ";")[:40]}, or semicolons between columns'
+    return f'"{cell[:40]}" is not a number; leave the cell empty where a sample is missing'
 
 
 def _number(cell: str, separator: str) -> float | None:

@@ -66,6 +66,45 @@ def test_decimal_commas_and_commas_in_names(tmp_path: Path, separator: str, quot
     np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
 
 
+def test_quoted_decimal_commas_between_commas_are_refused(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").map("{:.6f}".format)
+    data = data.map(lambda cell: cell.replace(".", ","))
+    data["place, pair"] = "leg 1,2"  # a remark may have commas
+    (tmp_path / "a.csv").write_text(data.to_csv(index=False))
+    with pytest.raises(UserError) as caught:
+        imported(tmp_path / "a.csv")
+    assert len(caught.value.problems) == 4
+    text = '"0,000000" is a number with a comma; write 0.000000, or semicolons between columns'
+    assert text in str(caught.value)
+
+
+def test_a_known_torque_and_velocities_are_kept_and_other_numbers_named(tmp_path: Path) -> None:
+    """Of joints without a drive, in the leg's sense and the table's units; a velocity that is none is left out."""
+    time, measured = angles()
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    rate = np.radians(np.gradient(measured, time, axis=0))
+    data["knee torque [N*mm]"] = 500.0
+    data["hip velocity [rad/s]"], data["knee velocity [rad/s]"] = rate[:, 0], -rate[:, 1]
+    data["toe"], data["note"] = 1.0, "x"
+    data.to_csv(tmp_path / "a.csv", index=False)
+    found = imported(tmp_path / "a.csv")
+    given = {each.title: each.value for each in found.inputs}
+    assert list(given) == ["knee torque [N*m]", "hip velocity [deg/s]"]
+    np.testing.assert_allclose(given["knee torque [N*m]"], 0.5)
+    np.testing.assert_allclose(given["hip velocity [deg/s]"], np.degrees(rate[:, 0]), atol=1e-9)
+    assert "knee torque: from knee torque" in found.notes
+    assert "not used: toe" in found.notes
+    assert any(n.startswith("knee velocity: knee velocity is left out: it has the opposite sign") for n in found.notes)
+    assert any("as if the known torque (knee torque) did not act" in note for note in found.notes)
+    turned = imported(tmp_path / "a.csv", Mapping(joints={"knee": JointColumn("knee", zero=np.pi, sign=-1)}))
+    assert turned.inputs[0].value[0] == pytest.approx(-0.5)
+    with pytest.raises(UserError, match="a known torque acts"):
+        imported(tmp_path / "a.csv", cut="free")
+    data.rename(columns={"knee torque [N*mm]": "knee torque"}).to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(UserError, match='does not state the unit of "knee torque"'):
+        imported(tmp_path / "a.csv")
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
 def test_a_table_in_utf_16_is_recognised(tmp_path: Path, encoding: str) -> None:
     """As a spreadsheet saves "Unicode text": a byte order mark, tabs."""
