@@ -63,6 +63,7 @@ class SpringOption:
     tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
     comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
+    ``turned_to_hold``: it is seated so because the seat that the travel's larger side asks for would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
     its joint is drawn.
     """
@@ -79,6 +80,7 @@ class SpringOption:
     outside: bool = False
     compared: bool = False
     closes: int = -1
+    turned_to_hold: bool = False
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
     loose: LooseTest | None = None

@@ -16,7 +16,8 @@ from synth.api.designs import design as design_of
 from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
 from synth.design.drawn_springs import draw_up, seats_set
-from synth.design.joint_sizing import _yields, dimensions_of
+from synth.design.drawn_travel import yields_of
+from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign
 from synth.design.measured_rate import rate_in_joint
 from synth.design.page_data import page_json
@@ -228,13 +229,13 @@ def test_stops_keep_the_yield_of_each_direction(wound: LegDesign) -> None:
     made = option.design
     assert made is not None
     assert spring is not None
-    yields, free = _yields(wound, 0), math.degrees(spring.free_angle)
+    yields, free = yields_of(wound, 0), math.degrees(spring.free_angle)
     assert yields == pytest.approx(
         (free - math.degrees(made.free_travel), free + math.degrees(made.free_opening_travel))
     )
     assert made.load.stress(-made.free_opening_travel) == pytest.approx(70 / 85 * made.yield_stress)
     turned = replace(wound, springs=replace(wound.springs, chosen=(replace(option, closes=1),)))
-    other = _yields(turned, 0)
+    other = yields_of(turned, 0)
     assert other is not None
     assert (free - other[0], other[1] - free) == pytest.approx((yields[1] - free, free - yields[0]))
 
