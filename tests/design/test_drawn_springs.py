@@ -21,7 +21,7 @@ from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign
 from synth.design.measured_rate import rate_in_joint
 from synth.design.page_data import page_json
-from synth.design.solid_files import not_weighed
+from synth.design.solid_files import joint_travel, not_weighed
 from synth.design.spring_warnings import spring_warnings
 from synth.design.write_design import design_json
 from synth.files.project_options import MeasuredSpring, SpringChoice, ToleranceOptions
@@ -103,6 +103,24 @@ def test_the_sheet_gives_the_rate_that_a_maker_measures(wound: LegDesign) -> Non
     arms = made.as_json()["arms"]
     assert "force" not in arms
     assert arms["axis_force"]["value"] < 0.5 * made.moment / made.leg_lengths[0]
+
+
+def test_the_quotation_states_the_travel_to_the_joint_s_stops(wound: LegDesign) -> None:
+    """It stated the working travel alone, 33 deg, of a spring that the stops let turn by 39 deg."""
+    option, drawn = wound.springs.chosen[0], wound.drawn
+    made = option.design
+    assert made is not None
+    assert drawn is not None
+    joint = drawn.dimensions.joints[0]
+    (low, high), free, sides = joint.stop_angles, joint.free_angle, {made.travel, made.opening_travel}
+    assert joint.closes == -1
+    for below, closing in ((True, max(sides)), (False, min(sides))):  # seated as the thesis', the larger side opens it
+        travel = joint_travel(replace(option, below=below), joint)
+        assert (travel.closing, travel.opening) == (closing, (sides - {closing}).pop())
+        works = f"Works {math.degrees(closing):.4g} deg closing, {math.degrees(travel.opening):.4g} deg opening"
+        stops = f"; at the joint's stops {free - low:.4g} deg closing, {high - free:.4g} deg opening"
+        (found,) = [each for each in request_lines(made, joint=travel) if each.startswith("Works")]
+        assert found == works + stops
 
 
 def test_only_coils_without_a_gap_are_said_to_touch(wound: LegDesign) -> None:
