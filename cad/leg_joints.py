@@ -12,6 +12,7 @@ from synth.cad import kernel
 from synth.cad.arm_shaft import cross_volume
 from synth.cad.checked_layout import lay_out
 from synth.cad.dimensions import JointDimensions, LegDimensions
+from synth.cad.fitting_problems import least_bolt_circle
 from synth.cad.hinge import cross_screw, cylinder
 from synth.cad.joint import BuiltJoint, assemble
 from synth.cad.kernel import faceted
@@ -183,7 +184,10 @@ def _short_link(
     if damper >= layouts[widest].socket_radius - joint.clearance - 1e-9:
         name, spare = dimensions.joints[widest].name, (shortest - joint.link_length) / 2
         circle = dimensions.joints[widest].damper.bolt_circle
-        allowed = f"about {max(0.0, circle - 2 * spare):.3g} mm, or a link_length of {joint.name} of {shortest:.4g} mm"
+        fewer, longer = circle - 2 * spare, f"a link_length of {joint.name} of {shortest:.4g} mm"
+        smaller = replace(dimensions.joints[widest].damper, bolt_circle=fewer)
+        least = least_bolt_circle(dimensions.joints[widest])
+        allowed = longer if smaller.problems() or fewer < least else f"about {fewer:.3g} mm, or {longer}"
         reason = f"the damper's bracket is too wide for the link of {joint.link_length:g} mm beside it"
         return DimensionProblem(f"{name}.damper.bolt_circle", circle, allowed, reason)
     return DimensionProblem(

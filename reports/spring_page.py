@@ -79,7 +79,7 @@ def _opening(make: Json, shown: Json) -> Opening:
             ("rate", "Spring rate"), ("travel", "Travel, winding"), ("moment", "Moment at full travel"),
             ("opening_travel", "Travel, opening"), ("opening_moment", "Moment at the opening travel"),
             ("included_angle", "Angle of the free arms"), ("body_length", "Body length, free"),
-            ("outer_diameter", "Outside diameter, widest"), ("safety_1e5", "Strength over stress, 10⁵ cycles"),
+            ("widest_outer_diameter", "Outside diameter, widest"), ("safety_1e5", "Strength over stress, 10⁵ cycles"),
         )
         if make.get(key)
     ]  # fmt: skip

@@ -18,7 +18,8 @@ from synth.reports.sections.winding_plan import in_millimetres, is_clamped, wind
 # Key of ``make`` -> its label and its equation. In the order of the sheet: dimensions, function, strength.
 WIND = (
     ("wire_diameter", "wire diameter d", ""), ("mean_diameter", "mean coil diameter D", "E12"),
-    ("outer_diameter", "outside diameter, widest", "E16"), ("inside_diameter", "inside diameter, free", "E16"),
+    ("outer_diameter", "outside diameter, free", "E16"), ("widest_outer_diameter", "outside diameter, widest", "E16"),
+    ("inside_diameter", "inside diameter, free", "E16"),
     ("body_coils", "coils of the body", "E17"), ("included_angle", "included angle of the free arms", "E17"),
     ("body_length", "body length, free", "E16"), ("wound_body_length", "body length at full travel", "E16"),
     ("mandrel_diameter", "first mandrel to try", "E18"), ("mandrel_turns", "turns on it", "E18"),
@@ -53,8 +54,8 @@ LAST = (
     ("arbor_diameter", "arbor diameter", ""), ("wound_inside_diameter", "inside diameter at full travel", "E16"),
     ("arbor_clearance", "clearance on the arbor at full travel", "E16"),
 )  # fmt: skip
-_COMPARED = ("wire_diameter", "mean_diameter", "outer_diameter", "active_coils", "rate", "stress", "allowed_stress",
-             "travel", "free_travel", "body_length", "wound_body_length", "mass")  # fmt: skip
+_COMPARED = ("wire_diameter", "mean_diameter", "widest_outer_diameter", "active_coils", "rate", "stress",
+             "allowed_stress", "travel", "free_travel", "body_length", "wound_body_length", "mass")  # fmt: skip
 _AS_HELD = ("rate", "rate_bending_form", "rate_friction_form", "active_coils")  # a joint's clamped arms change them
 _KINDS = {"more_room": "more room", "parallel": "several in parallel", "smaller_travel": "a smaller travel"}
 _KINDS |= {"other_material": "another wire"}

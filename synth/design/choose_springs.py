@@ -63,6 +63,8 @@ class SpringOption:
     tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
     comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
+    ``turned_to_hold``: it is seated so because the seat that the travel's larger side asks for would let it yield.
+    ``below``: the joint's larger travel is at smaller measured angles, as in ``WantedTravel``.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
     its joint is drawn.
     """
@@ -79,6 +81,8 @@ class SpringOption:
     outside: bool = False
     compared: bool = False
     closes: int = -1
+    turned_to_hold: bool = False
+    below: bool = True
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
     loose: LooseTest | None = None
@@ -311,8 +315,7 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
     """A bought spring with its rate including the arms; vendors state the rate of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
-    travel = source.turned
-    closes, rate, arm = 1 if travel.turned_round else -1, row.rate, None
+    travel, rate, arm = source.turned, row.rate, None
     if row.wire_diameter and row.mean_diameter and row.body_coils:
         rate *= softening_by_arms(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
         arm = JointArms(travel.opening, source.cad)
@@ -324,7 +327,8 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         row=row,
         check=check,
         count=count,
-        closes=closes,
+        closes=1 if travel.turned_round else -1,
+        below=travel.below,
         asked=asked,
         passed=tuple(passed_limits(row, source.catalogue, travel.winding, yields=yields)),
     )
@@ -384,8 +388,8 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
         )
         warnings = [decisive(text)]
     total = design.rate * design.count
-    closes = 1 if travel.turned_round else -1
-    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), warnings
+    option = SpringOption(total, design.included_angle, design=design, result=result, asked=rate)
+    return replace(option, closes=1 if travel.turned_round else -1, below=travel.below), warnings
 
 
 def with_lasting(option: SpringOption, catalogue: Catalogue) -> SpringOption:

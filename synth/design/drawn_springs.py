@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.design.choose_springs import SpringOption
+from synth.design.drawn_travel import well_seated
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
 from synth.design.measured_forecast import with_measured_forecast
@@ -54,6 +55,9 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
     """
     arms: tuple[float, ...] | None = None
     for _ in range(ROUNDS):
+        seated = well_seated(design)
+        if seated is not design:  # other seats, other arms
+            design, arms = seated, None
         solids = _laid_out(design, arms)
         found = _free_arms(solids)
         # Arms may only grow, so that the iteration of spring and joint does not oscillate.

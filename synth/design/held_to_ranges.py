@@ -14,7 +14,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.design.drawn_springs import simulate_built_leg
-from synth.design.joint_sizing import ASKED_STOP
+from synth.design.drawn_travel import ASKED_STOP
 from synth.design.judged_sets import Judge
 from synth.design.leg_design import LegDesign
 from synth.design.part_sets import PartSet

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, degrees, floor, pi, remainder
+from math import ceil, degrees, pi, remainder
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.design.damper_drawing import damper_of
+from synth.design.drawn_travel import drawn_range, stops_of, turned_sentences, yields_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.errors import Problem, UserError
 from synth.parts.part_candidates import MEASURE_IT
-from synth.remarks import decisive, noted
+from synth.remarks import noted
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.mechanics import rest_pose
 
 if TYPE_CHECKING:
     from synth.cad import JointDimensions, PrintDimensions
-
-Ends = tuple[float, float]
-MARGIN = 5.0  # deg, drawn travel beyond the leg's motion if the leg file gives no range
-STOP = 3.0  # deg past such a travel, at which the hard stops touch
-ASKED_STOP = 1.5  # deg past a range that the leg file states: the tolerance of printed flanks
-YIELD_SPARE = 2.0  # deg, from a stop to the spring's yield: an impact bends the printed stop horns by about one
 
 
 def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None) -> Solids:
@@ -73,9 +68,9 @@ def _joint(
     joint, options = design.built.joints[j], design.project.cad
     assert joint.spring is not None
     rest, fastest = moves
-    travel = _range(design, j, rest)
-    yields = _yields(design, j)
-    travel, stops, yields = _stops(design, j, travel, yields, notes)
+    yields = yields_of(design, j)
+    travel, stops = stops_of(design, j, drawn_range(design, j, rest), yields, notes)
+    notes += turned_sentences(design, j)
     dimensions = cad.JointDimensions(
         name=joint.name,
         spring=replace(_spring(design, j, notes), free_arm=arm),
@@ -115,48 +110,6 @@ def _out_of_reach(dimensions: JointDimensions) -> str:
         "deg. The joint without a load rests on that stop, so its free angle is to be found from torques. Files of the "
         f"joint's parts show it at {dimensions.filed_angle:.1f} deg, and the assembly's STEP leaves its spring out"
     )
-
-
-def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:
-    """Measured angles (deg) at which the joint's spring yields; None if its strength is unknown."""
-    option, joint = design.springs.chosen[j], design.built.joints[j]
-    known = option.design if option.design is not None else option.check
-    if known is None:
-        return None
-    assert joint.spring is not None
-    free, winds, opens = (degrees(a) for a in (joint.spring.free_angle, known.free_travel, known.free_opening_travel))
-    return (free - winds, free + opens) if option.closes < 0 else (free - opens, free + winds)
-
-
-def _stops(
-    design: LegDesign, j: int, travel: Ends, yields: Ends | None, notes: list[str]
-) -> tuple[Ends, Ends, Ends | None]:
-    """Travel, stops and yield (deg): stops beyond the travel and before yield, if the spring allows both.
-
-    If it does not, a travel that the leg file does not state is reduced to the travel of the motion. If that is not
-    enough, the stops stay beyond the travel, and a note names the spring's yield as the binding limit.
-    """
-    joint = design.built.joints[j]
-    asked = design.project.target.joints[j].range is not None
-    beyond = ASKED_STOP if asked else STOP
-    stops = (travel[0] - beyond, travel[1] + beyond)
-    if yields is None:
-        return travel, stops, None
-    first, last = yields[0] + YIELD_SPARE, yields[1] - YIELD_SPARE
-    if first <= stops[0] and stops[1] <= last:
-        return travel, stops, yields
-    needed = travel if asked else (travel[0] + MARGIN - 1.0, travel[1] - MARGIN + 1.0)
-    if first <= needed[0] - ASKED_STOP and needed[1] + ASKED_STOP <= last:
-        stops = (max(stops[0], first), min(stops[1], last))
-        return (max(travel[0], stops[0] + ASKED_STOP), min(travel[1], stops[1] - ASKED_STOP)), stops, yields
-    text = (
-        f"{joint.name}: the spring yields at {yields[0]:.1f} and {yields[1]:.1f} deg. The wanted travel of "
-        f"{needed[0]:.1f} to {needed[1]:.1f} deg and stops {YIELD_SPARE:g} deg before yield are not possible together; "
-        f"the stops are drawn at {stops[0]:.1f} and {stops[1]:.1f} deg, beyond the travel. A spring of thicker wire "
-        "or a smaller range of the joint, would allow both"
-    )
-    notes.append(decisive(text))
-    return travel, stops, None
 
 
 def _damper_torque(joint: Joint, fastest: float) -> float:
@@ -210,20 +163,6 @@ def _grown(asked: JointDimensions, grown: JointDimensions) -> list[str]:
         )
         if after != before
     ]
-
-
-def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
-    """The leg file's range as it stands, else that of the wanted and the built leg's motion with a margin; deg.
-
-    What a stated range leaves out is told by ``stated_range``.
-    """
-    joint = design.project.target.joints[j]  # the built leg's range is that of an earlier drawing's stops
-    if joint.range is not None:
-        low, high = (degrees(angle) for angle in joint.range)
-        return low, high
-    motions = [*design.wanted.motions, *design.built_motions]
-    angles = np.degrees(np.concatenate([design.built.to_measured(motion)[:, j] for motion in motions]))
-    return floor(min(angles.min(), rest) - MARGIN), ceil(max(angles.max(), rest) + MARGIN)
 
 
 def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:

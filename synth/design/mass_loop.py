@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth.design.choice_rounds import Stage
 from synth.design.drawn_springs import draw_up, simulate_built_leg
+from synth.design.judged_sets import Judge
 from synth.design.leg_design import (
     Effort,
     KnownResults,
@@ -34,6 +35,7 @@ from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.files.validate import near
 from synth.parts.catalogs import Catalogue
+from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
@@ -85,9 +87,21 @@ def _rounds(
         if settled:
             break
         target, labels, held = carrying, design.sets.chosen.labels, _wires(design)
-    rounds, design = MassRounds(count, settled), with_report_figures(design, known.motion)
-    design = replace(design, project=project, rounds=rounds, warnings=(*design.warnings, *_unsettled_sentences(rounds)))
-    return scales.settled(design, catalogue)
+    rounds = MassRounds(count, settled)
+    design = scales.settled(replace(design, project=project, rounds=rounds), catalogue)
+    if not settled:
+        design = _judged_as_drawn(design)
+    design = with_report_figures(design, known.motion)
+    return replace(design, warnings=(*design.warnings, *_unsettled_sentences(rounds)))
+
+
+def _judged_as_drawn(design: LegDesign) -> LegDesign:
+    """The design with forecasts and costs of its parts on its drawn links; those of the last round had other links."""
+    joints = zip(design.sets.leg.joints, design.built.joints, strict=True)
+    leg = replace(design.sets.leg, joints=tuple(replace(joint, link=drawn.link) for joint, drawn in joints))
+    judge = Judge(design.wanted, leg, design.project.parts, design.project.fit.seed)
+    sets = design.sets.judged_by(judge, design.springs.chosen)
+    return replace(design, sets=sets, springs=sets.springs, dampers=sets.dampers)
 
 
 def _wires(design: LegDesign) -> dict[str, float]:
@@ -102,8 +116,12 @@ def _unsettled_sentences(rounds: MassRounds) -> list[tuple[str | None, str]]:
     return [
         (
             None,
-            f"after {rounds.count} rounds the choice of parts still changes with the links' masses; the parts of the "
-            "last round are taken and their masses simulated. To fix a part, name it by its part number",
+            decisive(
+                f"after {rounds.count} rounds the choice of parts still changes with the links' masses; the parts of "
+                "the last round are taken. Responses and costs are those with their masses, with which other parts may "
+                "be better",
+                "To fix a part, name it by its part number (part) or its wire.",
+            ),
         )
     ]
 

@@ -155,7 +155,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         wire, mean, outer = row.wire_diameter, row.mean_diameter, row.outer_diameter
     else:
         assert made is not None
-        wire, mean, outer = made.wire_diameter, made.mean_diameter, made.outer_diameter
+        wire, mean, outer = made.wire_diameter, made.mean_diameter, made.widest_outer_diameter
     per_torque = None
     if wire is not None and mean is not None and mean > wire:
         checked = option.check if made is None else made

@@ -22,7 +22,7 @@ from synth.design.forecast import Forecast
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting_elements
 from synth.design.part_lanes import PartLanes
 from synth.design.part_search import FoundSets, best_sets
-from synth.design.part_swaps import JointParts, Swaps, without_better_swap
+from synth.design.part_swaps import JointParts, Swaps, judged_again, without_better_swap
 from synth.design.response import WantedResponse
 from synth.design.spring_warnings import BEAR_IT, sense_warning
 from synth.errors import CannotBeHad, UserError
@@ -91,14 +91,38 @@ class SetsMade:
     dampers: DamperChoiceMade
     cut: tuple[int, ...]  # number of pairs per joint that were left out, those with the largest errors on their own
     legs: tuple[Leg, ...]  # with each of ``sets``
-    beside: Callable[[], ForecastSets] | None = None  # finds what ``shown`` adds to the chosen set
+    swaps: Swaps | None = None  # exchanges of single parts, as evaluated; None: a step to the next round
+    beside: Callable[[Judge], ForecastSets] | None = None  # finds what ``shown`` adds to the chosen set
+    judge: Judge | None = None  # of the forecasts that ``shown`` adds
 
     def shown(self) -> SetsMade:
         """With the next best sets and all forecasts, which a step to the next round does not need."""
-        if self.beside is None:
+        if self.beside is None or self.judge is None:
             return self
-        sets, legs = self.beside()
-        return replace(self, sets=sets, legs=legs, beside=None)
+        sets, legs = self.beside(self.judge)
+        return replace(self, sets=sets, legs=legs, swaps=None, beside=None, judge=None)
+
+    def judged_by(self, judge: Judge, taken: Sequence[SpringOption]) -> SetsMade:
+        """The same choice with its errors and those of its substitutes in another leg, before ``shown``.
+
+        ``taken``: the chosen springs as drawn.
+        """
+        if self.swaps is None:
+            return self
+        pairs, leg = self.chosen.pairs, judge.built(self.chosen.pairs)
+        table, ready = judged_again(judge, pairs, self.swaps), judge.ready(pairs, SAMPLES_CHOSEN)
+        chosen = PartSet(pairs, float(judge.errors([pairs])[0]), ready, ready)
+        springs = tuple(replace(option, error=chosen.error, expected=table.chosen) for option in taken)
+        return replace(
+            self,
+            sets=(chosen,),
+            leg=leg,
+            springs=replace(self.springs, chosen=springs, ranked=ranked_springs(springs, table), leg=leg),
+            dampers=_dampers_made(chosen, table, self.dampers, leg),
+            legs=(leg,),
+            swaps=table,
+            judge=judge,
+        )
 
     @property
     def chosen(self) -> PartSet:
@@ -165,16 +189,20 @@ def choose_sets(
         _dampers_made(chosen, table, dampers, leg),
         cut,
         (leg,),
-        partial(_with_next_best, judge, chosen, sets),
+        table,
+        partial(_with_next_best, chosen.pairs, [pairs for pairs, _ in sets]),
+        judge,
     )
 
 
-def _with_next_best(judge: Judge, chosen: PartSet, sets: Sequence[tuple[Pairs, float]]) -> ForecastSets:
+def _with_next_best(chosen: Pairs, found: Sequence[Pairs], judge: Judge) -> ForecastSets:
     """The chosen set and the next best ones, with every forecast that is shown of them, and the leg with each."""
-    forecasts = (each(chosen.pairs, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
-    own = PartSet(chosen.pairs, chosen.error, *forecasts)
-    others = [item for item in (_as_measured(judge, *each) for each in sets) if item.labels != own.labels]
-    shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others[: SETS_SHOWN - 1]))
+    forecasts = (each(chosen, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
+    errors = [float(error) for sets in ([chosen], found) for error in judge.errors(sets)]
+    own = PartSet(chosen, errors[0], *forecasts)
+    others = [item for item in map(partial(_as_measured, judge), found, errors[1:]) if item.labels != own.labels]
+    others = sorted(others, key=lambda item: item.ready.expected)[: SETS_SHOWN - 1]
+    shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others))
     return shown, tuple(judge.built(item.pairs) for item in shown)
 
 
@@ -321,12 +349,16 @@ def _rank_finalists(judge: Judge, sets: Sequence[Pairs]) -> list[tuple[Pairs, fl
 def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:
     """The chosen springs and the substitutes for each, by response error."""
     taken = [replace(p.spring, error=chosen.error, expected=table.chosen) for p in chosen.pairs]
-    ranked = [
+    left_out, warnings = tuple(each.left_out for each in joints), tuple(each.warnings for each in joints)
+    return SpringChoiceMade(tuple(taken), ranked_springs(taken, table), left_out, leg, warnings)
+
+
+def ranked_springs(taken: Sequence[SpringOption], table: Swaps) -> tuple[tuple[SpringOption, ...], ...]:
+    """Each joint's chosen spring and its substitutes, by response error."""
+    return tuple(
         _by_error([own, *(replace(s.pair.spring, error=s.error, expected=s.expected) for s in swaps)])
         for own, swaps in zip(taken, table.springs, strict=True)
-    ]
-    left_out, warnings = tuple(each.left_out for each in joints), tuple(each.warnings for each in joints)
-    return SpringChoiceMade(tuple(taken), tuple(ranked), left_out, leg, warnings)
+    )
 
 
 def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg: Leg) -> DamperChoiceMade:

@@ -125,6 +125,15 @@ def swaps(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Swaps:
     return Swaps(springs, dampers, judge.expected(chosen))
 
 
+def judged_again(judge: Judge, chosen: Pairs, known: Swaps) -> Swaps:
+    """The same exchanges of a set, evaluated in another leg."""
+    springs, dampers = (
+        tuple(_rank_swaps(judge, chosen, j, [swap.pair for swap in found]) for j, found in enumerate(each))
+        for each in (known.springs, known.dampers)
+    )
+    return Swaps(springs, dampers, judge.expected(chosen))
+
+
 def _with_pair(pairs: Pairs, joint: int, pair: Pair) -> Pairs:
     return (*pairs[:joint], pair, *pairs[joint + 1 :])
 

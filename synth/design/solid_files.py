@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import degrees
+from math import degrees, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from synth.cad.by_torques import BY_TORQUES
+from synth.design.drawing_refusals import not_drawable
 from synth.design.free_angle_reach import WRITE_IT, out_of_reach
 from synth.design.measured_forecast import measured_free_angles
 from synth.errors import Problem, UserError
@@ -19,12 +20,13 @@ from synth.remarks import decisive
 from synth.spring.loose_test import HOW_HELD
 
 if TYPE_CHECKING:
-    from synth.cad import CheckResult, ExportedFile
+    from synth.cad import CheckResult, ExportedFile, JointDimensions
     from synth.cad.standard_part import CutPart, StandardPart
+    from synth.design.choose_springs import SpringOption
     from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
     from synth.design.part_masses import PartMass
-    from synth.files.leg_project import LegProject
+    from synth.spring.winding_sheet import JointTravel
 
 NOT_FINAL = "Run without --no-cad before you order parts."
 RECORD = "solids.json"  # of a kept stage; not part of the output
@@ -87,9 +89,23 @@ def _write_requests(design: LegDesign, folder: Path) -> None:
     from synth.files.shown_units import METRIC
     from synth.spring.spring_files import write_request
 
-    for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True):
+    assert design.drawn is not None
+    for option, joint in zip(design.springs.chosen, design.drawn.dimensions.joints, strict=True):
         if option.design is not None:
-            write_request(option.design, METRIC, folder / f"{name}_spring_quotation.dxf")
+            write_request(
+                option.design, METRIC, folder / f"{joint.name}_spring_quotation.dxf", joint_travel(option, joint)
+            )
+
+
+def joint_travel(option: SpringOption, joint: JointDimensions) -> JointTravel:
+    """The travels of a joint's spring to wind, as it is seated."""
+    from synth.spring.winding_sheet import JointTravel
+
+    assert option.design is not None
+    larger, smaller = sorted((option.design.travel, option.design.opening_travel), reverse=True)
+    closing, opening = (larger, smaller) if option.below == (option.closes < 0) else (smaller, larger)
+    stops = [radians(joint.closing(angle)) for angle in joint.ends]
+    return JointTravel(closing, opening, stops[0], -stops[1])
 
 
 def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:
@@ -131,19 +147,6 @@ def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
         return
     text = f"the joints are not exported, {len(failed)} of {len(solids['checks'])} checks failed; pictures in {report}"
     raise UserError([Problem(text, str(project), key="cad"), *(Problem(c["text"], key="cad") for c in failed)])
-
-
-def not_drawable(error: Any, project: LegProject) -> UserError:
-    """The user's message for joints that cannot be drawn; ``error`` is a ``cad.DimensionError``."""
-    file, found = str(project.path), error.problems
-    hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
-    return UserError([Problem(f"{problem}; {hint}", file, key=_key_of(problem.dimension)) for problem in found])
-
-
-def _key_of(dimension: str) -> str:
-    """The project's key of a dimension that cannot be drawn, as far as one says it."""
-    joint, _, rest = dimension.rpartition(".damper.bore.")
-    return f"cad.dampers.{joint}.hub" if joint and rest == "hub" else "cad"
 
 
 def _draw_solids(

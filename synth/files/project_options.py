@@ -23,6 +23,15 @@ Travel = Annotated[float, Quantity("rad", above=0, most=radians(720))]  # of a j
 Included = Annotated[float, Quantity("rad", above=0, most=radians(360))]  # between two legs
 Deviation = Annotated[float, Quantity("rad", above=0, most=radians(180))]  # of an angle: a larger one says nothing
 Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
+# Rods for which bearings, collars and thrust washers are listed (cad.shaft_sizes): the joints' shafts are one of these.
+SHAFTS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.012, 0.015, 0.02)
+Shaft = Annotated[float, Quantity("m", sizes=SHAFTS)]
+# What a joint is drawn with; the limits and their reasons are those of cad.dimensions and cad.fittings.
+Clearance = Annotated[float, Quantity("m", least=1e-4, most=2e-3)]
+Wall = Annotated[float, Quantity("m", least=1.2e-3, most=12e-3)]
+BedSide = Annotated[float, Quantity("m", least=0.01, most=2.0)]
+PrintStrength = Annotated[float, Quantity("Pa", least=1e6, most=500e6)]
+PrintDensity = Annotated[float, Quantity("kg/m^3", least=300, most=9000)]
 Count = Annotated[int, Field(ge=1, le=4)]
 
 ONE_WAY = (
@@ -253,18 +262,24 @@ class DamperShape:
 class CadOptions:
     """How the joints are built; lengths in m."""
 
-    shaft_diameter: Annotated[Length, Because("a common steel shaft")] = 0.008
-    clearance: Annotated[Length, Because("between moving parts printed by filament")] = 0.0004
-    wall: Annotated[Length, Because("seven lines of print; plates and pins grow where a load asks")] = 0.003
+    shaft_diameter: Annotated[Shaft, Because("a common steel shaft")] = 0.008
+    clearance: Annotated[Clearance, Because("between moving parts printed by filament")] = 0.0004
+    wall: Annotated[Wall, Because("seven lines of print; plates and pins grow where a load asks")] = 0.003
     bed: Annotated[
-        tuple[Length, ...],
+        tuple[BedSide, ...],
         Field(strict=False, min_length=3, max_length=3, examples=["[320 mm, 132 mm, 154 mm]"]),
         Because("Markforged Mark Two; a part that does not fit is not exported"),
     ] = (0.32, 0.132, 0.154)
-    print_strength: Annotated[Pressure, Because("tensile yield of Markforged Onyx, from its data sheet")] = 36e6
-    print_density: Annotated[Density, Because("Markforged Onyx")] = 1200.0
-    between_layers: Annotated[Share, Because("our assumption; no data sheet gives it. Measure yours")] = 0.5
-    safety: Annotated[Share, Because("of stress against strength, where loads are known")] = 1.5
+    print_strength: Annotated[PrintStrength, Because("tensile yield of Markforged Onyx, from its data sheet")] = 36e6
+    print_density: Annotated[PrintDensity, Because("Markforged Onyx")] = 1200.0
+    between_layers: Annotated[
+        float,
+        Quantity("1", least=0.05, most=1),
+        Because("our assumption; no data sheet gives it. Measure yours"),
+    ] = 0.5
+    safety: Annotated[
+        float, Quantity("1", least=1, most=10), Because("of stress against strength, where loads are known")
+    ] = 1.5
     encoder: Annotated[bool, Because("a seat for an angle sensor of 22 mm over each shaft's end, where it fits")] = True
     mount: Annotated[bool, Because("the first joint hangs from the body by a flange, not by a tube")] = True
     damper_shafts: Annotated[

@@ -66,18 +66,22 @@ def _title(value: str) -> str:
 Title = Annotated[str, AfterValidator(_title)]  # the title of a leg, a project or a part; never a file name
 
 
+ROUNDED = 1e-9  # relative: a size written in another unit differs from it by rounding only
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Marks a float field as written with a unit: ``length: Annotated[float, Quantity("m", above=0)]``.
 
     ``unit`` is the SI unit in which the model holds it; ``above`` is an exclusive lower limit in it, ``least``
-    and ``most`` inclusive ones.
+    and ``most`` inclusive ones. ``sizes``: the only values, in ``unit``; a value that differs by rounding is made one.
     """
 
     unit: str
     above: float | None = None
     least: float | None = None
     most: float | None = None
+    sizes: tuple[float, ...] = ()
 
     def __get_pydantic_core_schema__(self, source: object, handler: object) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
@@ -103,7 +107,18 @@ class Quantity:
             raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.shown)}")
         if self.most is not None and number > self.most:
             raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.shown)}")
+        if self.sizes:
+            nearest = min(self.sizes, key=lambda size: abs(size - number))
+            if abs(number - nearest) > ROUNDED * nearest:
+                raise refusal(f"{value} is not allowed: it must be {self.listed}")
+            return nearest
         return number
+
+    @property
+    def listed(self) -> str:
+        """The only values in words, e.g. ``one of 3, 4 and 5 mm``."""
+        *most, last = (units.write(size, self.shown).split(" ")[0] for size in self.sizes)
+        return f"one of {', '.join(most)} and {last} {self.shown}"
 
 
 @contextmanager

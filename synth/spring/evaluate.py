@@ -196,7 +196,7 @@ def _evaluate_coil(material: WireMaterial, coil: _Coil, task: SpringTask, loaded
         stress=bears.winding_stress,
         body_length=space.body_length(d, body_coils, pitch=task.pitch),
         wound_body_length=room.wound_body_length,
-        outer_diameter=room.outer_diameter,
+        widest_outer_diameter=room.widest_outer_diameter,
         inside_diameter=mean - d,
         wound_inside_diameter=space.wound_inside_diameter(d, mean, body_coils, travel),
         arbor_diameter=task.limits.arbor_diameter,
@@ -260,7 +260,7 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
             factor = design.life.factor(limits.cycles)
             shown = f"strength over stress for {limits.cycles:.0g} cycles"
             yield from below("fatigue", factor, limits.fatigue_safety, shown, "1")
-    yield from above("outer_diameter", design.outer_diameter, limits.max_outer_diameter, "outer diameter")
+    yield from above("outer_diameter", design.widest_outer_diameter, limits.max_outer_diameter, "outer diameter")
     yield from below("inside_diameter", design.inside_diameter, limits.min_inside_diameter, "inside diameter")
     free = design.inside_diameter + 2.0 * design.wire_diameter
     yield from below("least_outer_diameter", free, limits.min_outer_diameter, "outer diameter")

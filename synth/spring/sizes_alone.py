@@ -25,7 +25,7 @@ class Room:
 
     wire_length: float
     mass: float
-    outer_diameter: float
+    widest_outer_diameter: float
     wound_body_length: float
 
 

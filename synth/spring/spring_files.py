@@ -13,7 +13,7 @@ from synth.files.shown_units import METRIC, ShownUnits
 from synth.files.text_forms import json_text, plain
 from synth.spring.spring_result import SpringDesign
 from synth.spring.unit_text import in_units
-from synth.spring.winding_sheet import request_lines, winding_sheet
+from synth.spring.winding_sheet import JointTravel, request_lines, winding_sheet
 
 FORMAT = '"format": "synth/spring/'  # near the start of every file that may be replaced
 
@@ -74,8 +74,8 @@ def _in_units(spring: SpringDesign, content: Mapping[str, Any], shown: ShownUnit
     return made
 
 
-def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:
-    """Write the dimensioned drawing for a spring maker's quotation."""
+def write_request(spring: SpringDesign, shown: ShownUnits, path: Path, joint: JointTravel | None = None) -> None:
+    """Write the dimensioned drawing for a spring maker's quotation; ``joint`` as in ``request_lines``."""
     from synth.cad.spring_request import SpringRequest, write_spring_request
 
     request = SpringRequest(
@@ -86,7 +86,7 @@ def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:
         included_angle=math.degrees(spring.included_angle),
         arms=(spring.leg_lengths[0] * 1e3, spring.leg_lengths[1] * 1e3),
         hand=spring.hand,
-        lines=request_lines(spring, shown),
+        lines=request_lines(spring, shown, joint),
     )
     write_spring_request(request, path)
 

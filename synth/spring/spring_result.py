@@ -39,6 +39,7 @@ class SpringDesign:
     with clamped arms of the free length ``clamped_arm`` (None: not clamped) the wire bears more, by ``peaks`` at the
     ends of both travels. ``stress`` is that of the coil at the winding travel, ``opening_stress`` that at the opening
     travel, where less is allowed (``codes.OPENING``). ``codes`` has the checks by other codes.
+    ``widest_outer_diameter`` is that of the coil opened by the opening travel.
     ``surge_frequency`` is the lowest natural frequency of the coils, Hz.
     ``arm_stress`` is the largest stress in an arm, ``bend_radius`` the radius of its bend (None for tangent arms).
     ``pitch`` is the axial advance per coil over the wire diameter. ``count`` such springs act in parallel; every number
@@ -72,7 +73,7 @@ class SpringDesign:
     stress: float
     body_length: float
     wound_body_length: float
-    outer_diameter: float
+    widest_outer_diameter: float
     inside_diameter: float
     wound_inside_diameter: float
     arbor_diameter: float | None
@@ -97,6 +98,11 @@ class SpringDesign:
     peaks: tuple[PeakRatios, PeakRatios] = (PeakRatios(), PeakRatios())
     pitch: float = 1.0
     loose: LooseTest | None = None
+
+    @property
+    def outer_diameter(self) -> float:
+        """Outer diameter of the free coil, m."""
+        return self.mean_diameter + self.wire_diameter
 
     @property
     def test(self) -> LooseTest:
@@ -208,7 +214,7 @@ class SpringDesign:
     @property
     def volume(self) -> float:
         """Volume of the cylinder that the coil needs, m^3: at its widest and its longest."""
-        return cylinder(self.outer_diameter, self.wound_body_length)
+        return cylinder(self.widest_outer_diameter, self.wound_body_length)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -235,9 +241,9 @@ class SpringDesign:
 
     def as_json(self) -> dict[str, Any]:
         """Every number with its unit, for a result file."""
-        lengths = ("wire_diameter", "mean_diameter", "outer_diameter", "inside_diameter", "wound_inside_diameter",
-                   "body_length", "wound_body_length", "wire_length", "cut_length", "arbor_diameter",
-                   "arbor_clearance")  # fmt: skip
+        lengths = ("wire_diameter", "mean_diameter", "outer_diameter", "widest_outer_diameter", "inside_diameter",
+                   "wound_inside_diameter", "body_length", "wound_body_length", "wire_length", "cut_length",
+                   "arbor_diameter", "arbor_clearance")  # fmt: skip
         stresses = ("stress", "allowed_stress", "yield_stress", "tensile_strength")
         angles = ("included_angle", "travel", "opening_travel", "free_travel", "free_opening_travel")
         rates = ("rate", "rate_bending_form", "rate_friction_form")

@@ -139,8 +139,8 @@ class _SizedCandidate:
         return self.room.mass
 
     @property
-    def outer_diameter(self) -> float:
-        return self.room.outer_diameter
+    def widest_outer_diameter(self) -> float:
+        return self.room.widest_outer_diameter
 
     @property
     def wound_body_length(self) -> float:
@@ -148,7 +148,7 @@ class _SizedCandidate:
 
     @property
     def volume(self) -> float:
-        return cylinder(self.room.outer_diameter, self.room.wound_body_length)
+        return cylinder(self.room.widest_outer_diameter, self.room.wound_body_length)
 
 
 def candidates(wish: SpringRequirements, material: WireMaterial) -> Iterator[SpringDesign]:
@@ -223,8 +223,8 @@ def _in_order(designs: list[S], objective: Objective, lightest: float) -> list[S
 
 
 def _larger_dimension(design: SpringDesign | _SizedCandidate) -> float:
-    """Outer diameter or wound body length, whichever is larger, m."""
-    return max(design.outer_diameter, design.wound_body_length)
+    """Widest outer diameter or wound body length, whichever is larger, m."""
+    return max(design.widest_outer_diameter, design.wound_body_length)
 
 
 def endurance(design: SpringDesign) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.codes import CodeCheck
@@ -63,8 +64,30 @@ def _in_bends(spring: SpringDesign, shown: ShownUnits) -> list[str]:
     return [f"In the bends of the arms {_stress(spring.arm_stress, spring.allowed_stress, shown)} allowed."]
 
 
-def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]:
-    """The text of a request for quotation: dimensions, quantities to measure, tolerances."""
+@dataclass(frozen=True)
+class JointTravel:
+    """Travels of a spring in its joint from the free angle, rad: as it works, and to the joint's stops."""
+
+    closing: float
+    opening: float
+    closing_stop: float
+    opening_stop: float
+
+    @property
+    def words(self) -> str:
+        """The line of a request for quotation."""
+        works, stops = (
+            f"{math.degrees(closed):.4g} deg closing, {math.degrees(opened):.4g} deg opening"
+            for closed, opened in ((self.closing, self.opening), (self.closing_stop, self.opening_stop))
+        )
+        return f"Works {works}; at the joint's stops {stops}"
+
+
+def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC, joint: JointTravel | None = None) -> list[str]:
+    """The text of a request for quotation: dimensions, quantities to measure, tolerances.
+
+    ``joint``: travels of a joint's spring, as drawn.
+    """
     plus = spring.tolerance
     rate = spring.test.rate
     a_degree = f"{rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
@@ -87,7 +110,9 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]
             f"{shown.text(point.within, 'N*m', '.2g')}"
             for number, point in enumerate(spring.load_points, 1)
         ),
-        f"Works {math.degrees(spring.travel):.4g} deg closing, {math.degrees(spring.opening_travel):.4g} deg opening",
+        f"Works {math.degrees(spring.travel):.4g} deg closing, {math.degrees(spring.opening_travel):.4g} deg opening"
+        if joint is None
+        else joint.words,
     ]
     if spring.loose is not None:
         lines.append(f"For information: {shown.text(spring.rate, 'N*m/rad')} in the joint, which clamps both arms")

@@ -16,11 +16,12 @@ from synth.api.designs import design as design_of
 from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
 from synth.design.drawn_springs import draw_up, seats_set
-from synth.design.joint_sizing import _yields, dimensions_of
+from synth.design.drawn_travel import yields_of
+from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign
 from synth.design.measured_rate import rate_in_joint
 from synth.design.page_data import page_json
-from synth.design.solid_files import not_weighed
+from synth.design.solid_files import joint_travel, not_weighed
 from synth.design.spring_warnings import spring_warnings
 from synth.design.write_design import design_json
 from synth.files.project_options import MeasuredSpring, SpringChoice, ToleranceOptions
@@ -102,6 +103,24 @@ def test_the_sheet_gives_the_rate_that_a_maker_measures(wound: LegDesign) -> Non
     arms = made.as_json()["arms"]
     assert "force" not in arms
     assert arms["axis_force"]["value"] < 0.5 * made.moment / made.leg_lengths[0]
+
+
+def test_the_quotation_states_the_travel_to_the_joint_s_stops(wound: LegDesign) -> None:
+    """It stated the working travel alone, 33 deg, of a spring that the stops let turn by 39 deg."""
+    option, drawn = wound.springs.chosen[0], wound.drawn
+    made = option.design
+    assert made is not None
+    assert drawn is not None
+    joint = drawn.dimensions.joints[0]
+    (low, high), free, sides = joint.stop_angles, joint.free_angle, {made.travel, made.opening_travel}
+    assert joint.closes == -1
+    for below, closing in ((True, max(sides)), (False, min(sides))):  # seated as the thesis', the larger side opens it
+        travel = joint_travel(replace(option, below=below), joint)
+        assert (travel.closing, travel.opening) == (closing, (sides - {closing}).pop())
+        works = f"Works {math.degrees(closing):.4g} deg closing, {math.degrees(travel.opening):.4g} deg opening"
+        stops = f"; at the joint's stops {free - low:.4g} deg closing, {high - free:.4g} deg opening"
+        (found,) = [each for each in request_lines(made, joint=travel) if each.startswith("Works")]
+        assert found == works + stops
 
 
 def test_only_coils_without_a_gap_are_said_to_touch(wound: LegDesign) -> None:
@@ -228,13 +247,13 @@ def test_stops_keep_the_yield_of_each_direction(wound: LegDesign) -> None:
     made = option.design
     assert made is not None
     assert spring is not None
-    yields, free = _yields(wound, 0), math.degrees(spring.free_angle)
+    yields, free = yields_of(wound, 0), math.degrees(spring.free_angle)
     assert yields == pytest.approx(
         (free - math.degrees(made.free_travel), free + math.degrees(made.free_opening_travel))
     )
     assert made.load.stress(-made.free_opening_travel) == pytest.approx(70 / 85 * made.yield_stress)
     turned = replace(wound, springs=replace(wound.springs, chosen=(replace(option, closes=1),)))
-    other = _yields(turned, 0)
+    other = yields_of(turned, 0)
     assert other is not None
     assert (free - other[0], other[1] - free) == pytest.approx((yields[1] - free, free - yields[0]))
 

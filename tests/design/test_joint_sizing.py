@@ -18,7 +18,8 @@ from synth.cad import (
     SpringDimensions,
     sized,
 )
-from synth.design.joint_sizing import _grown, _stops
+from synth.design.drawn_travel import stops_of
+from synth.design.joint_sizing import _grown
 from synth.remarks import severity_of
 
 KNEE = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0)
@@ -37,7 +38,7 @@ def test_the_note_of_a_grown_joint_names_the_adapter_s_grip() -> None:
 
 
 def stops_for(stated: bool, yields: tuple[float, float]) -> tuple[object, list[str]]:
-    """Travel, stops and yield of a knee that moves from 105 to 175 deg, drawn from 100 to 180; and its notes."""
+    """Travel and stops of a knee that moves from 105 to 175 deg, drawn from 100 to 180; and its notes."""
     design: Any = SimpleNamespace(
         built=SimpleNamespace(joints=(SimpleNamespace(name="knee"),)),
         project=SimpleNamespace(
@@ -45,7 +46,7 @@ def stops_for(stated: bool, yields: tuple[float, float]) -> tuple[object, list[s
         ),
     )
     notes: list[str] = []
-    return _stops(design, 0, (100.0, 180.0), yields, notes), notes
+    return stops_of(design, 0, (100.0, 180.0), yields, notes), notes
 
 
 @pytest.mark.parametrize(
@@ -61,7 +62,7 @@ def test_a_travel_that_nobody_states_shrinks_to_the_motion_before_the_spring_yie
     yields: tuple[float, float], travel: tuple[float, float], stops: tuple[float, float]
 ) -> None:
     found, notes = stops_for(False, yields)
-    assert found == (travel, stops, yields)
+    assert found == (travel, stops)
     assert notes == []
 
 
@@ -73,6 +74,6 @@ def test_a_spring_that_yields_within_the_motion_or_a_stated_range_is_told(
 ) -> None:
     """The stops stay past the travel: 3 deg, 1.5 of a stated one."""
     found, (note,) = stops_for(stated, yields)
-    assert found == ((100.0, 180.0), (98.5, 181.5) if stated else (97.0, 183.0), None)
+    assert found == ((100.0, 180.0), (98.5, 181.5) if stated else (97.0, 183.0))
     assert f"The wanted travel of {needed} deg and stops 2 deg before yield are not possible together" in note
     assert severity_of(note) == "decide"

@@ -262,7 +262,11 @@ def test_catalogue_opens_with_the_users_files(folder: Path) -> None:
          ["dampers.hip.locked"], "locked in its own drops"),
         (DESIGN + "dampers: {hip: {leg: robot/r.leg.yaml, trials: [drops/*.csv], locked: [kne]}}\n",
          ["dampers.hip.locked.kne"], "did you mean knee"),
-        (DESIGN + "cad: {wall: 3, bed: [1 mm, 2 mm]}\n", ["cad.wall", "cad.bed"], "at least 3"),
+        (DESIGN + "cad: {shaft_diameter: 0.25 in, wall: 0.5 in}\n", ["cad.shaft_diameter", "cad.wall"],
+         "0.25 in is not allowed: it must be one of 3, 4, 5, 6, 8, 10, 12, 15 and 20 mm"),
+        (DESIGN + "cad: {clearance: 0.05 mm, safety: 0.9, between_layers: 2 %}\n",
+         ["cad.clearance", "cad.between_layers", "cad.safety"], "at least 0.1 mm"),
+        (DESIGN + "cad: {wall: 3, bed: [100 mm, 200 mm]}\n", ["cad.wall", "cad.bed"], "at least 3"),
     ],
 )  # fmt: skip
 def test_bad_leg_projects(folder: Path, text: str, found: list[str], words: str) -> None:

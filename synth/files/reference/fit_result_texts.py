@@ -86,6 +86,7 @@ SPRING_TO_MAKE = {
     "wire_diameter": "Diameter of the wire.",
     "mean_diameter": "Mean diameter of the coil, free.",
     "outer_diameter": "Outer diameter, free.",
+    "widest_outer_diameter": "Outer diameter at its widest: opened by `opening_travel`.",
     "inside_diameter": "Inside diameter, free.",
     "wound_inside_diameter": "Inside diameter at full travel.",
     "body_length": "Length of the coil, free.",

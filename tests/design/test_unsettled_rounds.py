@@ -1,0 +1,64 @@
+"""Where the rounds of parts and masses do not settle, every figure is that of the leg as drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.api.designs import design as design_of
+from synth.design import mass_loop
+from synth.remarks import severity_of
+
+LEG = """kind: leg
+name: one joint
+gravity: 9.81 m/s^2
+joints:
+  - name: knee
+    zero: 180 deg
+    sign: +1
+    link: {length: 250 mm, mass: 0.5 kg, com: 100 mm, inertia: 4e-3 kg*m^2}
+"""
+PROJECT = """kind: leg-design
+name: unsettled
+source: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 30 deg, damping_ratio: 0.1,
+                                            damped_frequency: 2 Hz}}}
+target: one.leg.yaml
+select: {joints: {knee: {spring: {make: true}}}}
+"""
+
+
+def test_forecast_costs_and_warnings_are_those_of_the_last_links(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Forecast and costs were those of the round before, 4.5 deg, beside a response of 6.5 deg.
+
+    Here the last round chooses for links of six times their mass.
+    """
+    found = mass_loop.JointWeights.on_links
+    factors = iter((1.0, 6.0, 1.0))
+
+    def wrong(self: Any, design: Any) -> Any:
+        leg, factor = found(self, design), next(factors)
+        links = [replace(j.link, mass=factor * j.link.mass, inertia=factor * j.link.inertia) for j in leg.joints]
+        return replace(leg, joints=tuple(replace(j, link=k) for j, k in zip(leg.joints, links, strict=True)))
+
+    monkeypatch.setattr(mass_loop.JointWeights, "on_links", wrong)
+    monkeypatch.setattr(mass_loop, "MOST_ROUNDS", 2)
+    (tmp_path / "one.leg.yaml").write_text(LEG)
+    (tmp_path / "leg-design.yaml").write_text(PROJECT)
+    design = design_of(tmp_path / "leg-design.yaml").design
+    assert design.rounds == mass_loop.MassRounds(2, settled=False)
+    error = float(np.sqrt(np.mean(design.errors**2)))
+    assert error > np.radians(2.0)
+    chosen = design.sets.chosen
+    assert [chosen.error, chosen.forecast.nominal, chosen.ready.nominal] == pytest.approx([error] * 3, rel=0.02)
+    assert design.springs.chosen[0].error == design.dampers.chosen[0].error == chosen.error
+    assert design.springs.chosen[0] in design.springs.ranked[0]
+    texts = [text for _, text in design.warnings]
+    assert any(f"the built leg will move {np.degrees(error):.1f} deg" in text for text in texts)
+    (told,) = [text for text in texts if "still changes with the links' masses" in text]
+    assert severity_of(told) == "decide"
