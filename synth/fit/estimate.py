@@ -25,6 +25,7 @@ from synth.fit.free_motion_start import (
 )
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.model_error import ModelError
+from synth.fit.pieces_start import refine_by_pieces
 from synth.fit.recordings import Recording
 from synth.fit.refinement import misfit, refine, refine_other_starts
 from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
@@ -213,6 +214,7 @@ def _treatments(
     stage = refine(model, recordings, FitStart(values, locals_), options.weight, none)
     if not made:
         stage = refine_other_starts(model, recordings, stage, scatter, none, weight=options.weight, seed=options.seed)
+        stage = refine_by_pieces(model, recordings, stage, values, options.weight, none)
     made["common"] = Treatment(stage, none)
     if (
         "per_trial" in made
@@ -237,6 +239,7 @@ def _per_trial(
     weight, nearly_free = options.weight, np.full(len(model.leg.joints), WIDE)
     wide = refine(model, recordings, FitStart(values, locals_), weight, nearly_free)
     wide = refine_other_starts(model, recordings, wide, scatter, nearly_free, weight=weight, seed=options.seed)
+    wide = refine_by_pieces(model, recordings, wide, values, weight, nearly_free)
     shift = np.array([local.shift for local in wide.solution.locals])
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)

@@ -14,21 +14,21 @@ from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import unknowns_of
-from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
+from synth.fit.fit_result import FitResult, JointFit, Variant
 from synth.fit.interval_ends import interval_ends
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
+from synth.fit.lost_motion import sentences_on_trials
 from synth.fit.model_error import ModelError
 from synth.fit.none_rates import NoneRates, none_rates
-from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import Known, proposals
 from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
 from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.trial_fits import away_from_their_starts, trial_fits
+from synth.fit.trial_fits import trial_fits
 from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import Remark, at_joint, noted
@@ -127,8 +127,7 @@ def result_of(
             *_first_sentences(fitted.error, recordings),
             *lost,
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
-            *_odd_trials(leg, trials, mode),
-            *away_from_their_starts(made, trials, recordings[0].unit),
+            *sentences_on_trials(model, recordings, made, trials, chosen, mode),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
         at_bound=tuple(edges),
@@ -269,11 +268,6 @@ def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
         for item in static
         if abs(item.deviations) > MISPLACED_POINT
     ]
-
-
-def _odd_trials(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
-    rms, free = np.array([trial.rms for trial in trials]), np.array([trial.free_angle for trial in trials])
-    return odd_trials([t.name for t in trials], leg.joint_names, rms, free if mode == "per_trial" else None)
 
 
 def _left_out(leg: Leg) -> list[str]:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import unknowns_of
 from synth.fit.free_angle import WIDE
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import FIT_STEPS, Local, TrajectoryModel
-from synth.fit.weak_form import WeakForm
+from synth.fit.weak_form import LinearEstimate, WeakForm
 from synth.motion.rest import last_tenths
 from synth.motion.smoothing import initial_state
 from synth.swing.leg_model import Leg
@@ -112,18 +112,34 @@ def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], opt
     for window in WINDOWS:
         for found in weak.solve(window * unit)[: 2 if len(recordings) > 1 else 1]:
             usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | known)
-            # Noise, or a joint that moves as no passive one does, can make a rate negative. The joint then starts at
-            # typical limb values: from springy to well damped.
-            for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
-                rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency / unit) ** 2)
-                damping = np.where(usable, found.damper_rate, inertia * decay / unit)
-                own = poses.angle + poses.weight / rate
+            for rate, damping, own in _joints_at_start(found, usable, poses, inertia, unit):
                 rest = np.where(usable, np.nan_to_num(found.rest), np.median(own, axis=0))
                 own = np.where(usable & found.per_trial, found.rest_by_trial, own)
                 shift = np.clip(np.nan_to_num(own - rest), -2 * WIDE, 2 * WIDE) * (options.free_angle != "common")
                 tried.append(FirstGuess(unknowns.pack(rate, np.clip(rest, lowest, highest), damping), shift))
     costs = quick_costs(model, recordings, [guess.values for guess in tried], [guess.shifts for guess in tried])
     return tried[int(np.argmin(costs))]
+
+
+def _joints_at_start(
+    found: LinearEstimate, usable: Mask, poses: _Poses, inertia: Array, unit: float
+) -> Iterator[tuple[Array, Array, Array]]:
+    """Spring rates (n,), damper rates (n,), and rest angles (n_trial, n) that balance each trial's end.
+
+    A joint that is ``usable`` (n,) has the rates found. Noise, or a joint that moves as no passive one does, can make a
+    rate negative: the joint then starts at typical limb values, from springy to well damped. So can the absence of a
+    spring or damper, whose rate is then found as zero but for its error: the joint also starts with rates of that size,
+    where gravity, not the spring, sets the end. From a limb's springs a free pendulum's motion is not found again.
+    """
+    for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
+        rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency / unit) ** 2)
+        yield rate, np.where(usable, found.damper_rate, inertia * decay / unit), poses.angle + poses.weight / rate
+    slack = ~usable & (found.spring_rate != 0.0) & np.isfinite(found.spring_rate) & np.isfinite(found.damper_rate)
+    if slack.any():
+        frequency, decay = NATURAL_STARTS[0]
+        rate = np.where(usable | slack, np.abs(found.spring_rate), inertia * (2 * np.pi * frequency / unit) ** 2)
+        damping = np.where(usable | slack, np.abs(found.damper_rate), inertia * decay / unit)
+        yield rate, damping, np.where(slack, np.median(poses.angle, axis=0), poses.angle + poses.weight / rate)
 
 
 def drawn_starts(model: TrajectoryModel, recordings: Sequence[Recording], seed: int) -> list[Array]:
