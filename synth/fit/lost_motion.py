@@ -33,18 +33,23 @@ def sentences_on_trials(
     leg: Leg,
     trials: Sequence[TrialFit],
     chosen: Solution,
-    mode: str,
+    judged: Sequence[int],
 ) -> list[str]:
     """Sentences on trials that are lost, differ from the others, or start elsewhere.
 
-    ``leg`` : the fitted one. ``chosen`` : the solution that ``trials`` are of, with ``mode`` of the free angles.
+    ``leg`` : the fitted one. ``chosen`` : the solution that ``trials`` are of. ``judged`` : joints whose free angles,
+    one in each trial, are compared; not in trials where they are locked.
     """
     lost = lost_sensitive(model, recordings, chosen)
     kept = [trial for t, trial in enumerate(trials) if t not in lost]
-    rms, free = np.array([trial.rms for trial in kept]), np.array([trial.free_angle for trial in kept])
+    rms = np.array([trial.rms for trial in kept])
+    free = np.full_like(rms, np.nan)
+    for t, trial in enumerate(kept):
+        own = [j for j in judged if np.isfinite(trial.rms[j])]
+        free[t, own] = trial.free_angle[own]
     return [
         *_lost_sentences(leg, trials, lost),
-        *odd_trials([t.name for t in kept], leg.joint_names, rms, free if mode == "per_trial" else None),
+        *odd_trials([t.name for t in kept], leg.joint_names, rms, free),
         *away_from_their_starts(leg, kept, recordings[0].unit),
     ]
 

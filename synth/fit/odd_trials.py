@@ -22,7 +22,8 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
 
     Parameters
     ----------
-    rms : (n_trial, n) rad, nan for a locked joint; free_angle : (n_trial, n) rad of each trial, None where common.
+    rms : (n_trial, n) rad, nan for a locked joint; free_angle : (n_trial, n) rad of each trial, nan where it is not of
+        the trial's own (common, locked, of no spring), None for none.
     """
     if len(names) < LEAST_TRIALS:
         return []

@@ -102,6 +102,7 @@ def result_of(
     offsets = interval_ends(unknowns, (mode, chosen), spreads, refits, nones, fitted.error, fitted.least)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
     rms = {name: _by_joint_name(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
+    own_angles = _own_free_angles(unknowns, mode, offsets[mode])
     static, edges = _static(unknowns, chosen.values), at_edges(unknowns, chosen.values, nones[mode].places)
     drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
     drawn = nones[mode].drawn(unknowns, chosen.values, _with_model_error(fitted.error, drawn, options.seed))
@@ -127,7 +128,7 @@ def result_of(
             *_first_sentences(fitted.error, recordings),
             *lost,
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
-            *sentences_on_trials(model, recordings, made, trials, chosen, mode),
+            *sentences_on_trials(model, recordings, made, trials, chosen, own_angles),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
         at_bound=tuple(edges),
@@ -268,6 +269,13 @@ def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
         for item in static
         if abs(item.deviations) > MISPLACED_POINT
     ]
+
+
+def _own_free_angles(unknowns: SpringsAndDampers, mode: str, offsets: tuple[Array, Array]) -> list[int]:
+    """Joints that have a free angle in each trial, of a spring that is told from none."""
+    if mode != "per_trial":
+        return []
+    return [j for j in unknowns.rests if offsets[0][unknowns.rest_at(j)] != -np.inf]
 
 
 def _left_out(leg: Leg) -> list[str]:

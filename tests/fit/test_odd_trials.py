@@ -46,3 +46,11 @@ def test_no_outlier_is_named_among_two_trials_or_from_a_locked_joint() -> None:
     assert odd_trials(["a", "b"], ["hip"], np.array([[0.001], [1.0]])) == []
     rms = np.array([[0.01, np.nan], [0.011, 0.3], [0.012, np.nan]])
     assert odd_trials(["a", "b", "c"], ["hip", "knee"], rms) == []
+
+
+def test_free_angles_of_locked_joints_and_of_no_spring_are_not_compared() -> None:
+    rms, own = np.full((4, 1), 0.01), np.array([[0.1], [0.1], [0.1], [0.9]])
+    assert named(odd_trials(["a", "b", "c", "d"], ["hip"], rms, own)) == ["d"]
+    own[3] = np.nan
+    assert odd_trials(["a", "b", "c", "d"], ["hip"], rms, own) == []
+    assert odd_trials(["a", "b", "c", "d"], ["hip"], rms, np.full_like(rms, np.nan)) == []
