@@ -69,7 +69,7 @@ def _trust(document: Json, verdict: str) -> str:
     scored = [trial for trial in trials if trial.get("scored")]
     means = meaning_of(document)
     words = f"{means[:1].upper()}{means[1:]}." if means else f"Verdict {verdict}."
-    if verdict == "none" and not (within_accuracy(document) or sure_of_none(document)):
+    if leaves_error(document) or (verdict == "none" and not (within_accuracy(document) or sure_of_none(document))):
         words = ""  # the headline says it
     if not scored:
         return words
