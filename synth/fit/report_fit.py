@@ -342,7 +342,11 @@ def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Ar
     for j, joint in enumerate(leg.joints):
         place = unknowns.rest_at(j)
         angle = joint.zero + joint.sign * float(solution.values[place])
-        ends = sorted(angle + joint.sign * float(offset[place]) for offset in offsets)
+        # The free angle of a spring that may not be there is anywhere: where the search may put it.
+        rests = np.clip(
+            [solution.values[place] + each[place] for each in offsets], *_rest_bounds(unknowns, place, offsets)
+        )
+        ends = sorted(joint.zero + joint.sign * float(rest) for rest in rests)
         damper = rate(unknowns.damper_at(j), "N*m*s/rad") if j in unknowns.dampers else None
         found[joint.name] = JointFit(
             spring_rate=rate(unknowns.rate_at(j), "N*m/rad"),
@@ -352,6 +356,13 @@ def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Ar
             damper="linear" if damper is not None else "curve",
         )
     return found
+
+
+def _rest_bounds(unknowns: SpringsAndDampers, place: int, offsets: tuple[Array, Array]) -> tuple[float, float]:
+    """Bounds (rad) of a rest angle's interval: the search's where the interval has no ends."""
+    if np.isfinite([each[place] for each in offsets]).all():
+        return -np.inf, np.inf
+    return float(unknowns.lower[place]), float(unknowns.upper[place])
 
 
 def _spread(treatment: Treatment, joint: int) -> Estimate:

@@ -48,7 +48,9 @@ def test_table_json_page_and_sentences_agree(tmp_path: Path, capsys: pytest.Capt
     least, most = spring["interval90"]
     assert least == 0.0
     assert spring["value"] < most < 0.03  # N m/rad: 5 % of the weight's, by tolerances of 1 and 2 %
-    assert free["interval90"] == [None, None]
+    low, high = free["interval90"]  # numbers, as the format says: anywhere the search may put it
+    assert low < free["value"] - 360.0
+    assert free["value"] + 360.0 < high
     row = next(line.split() for line in screen.splitlines() if line.startswith("knee "))
     assert float(row[2]) == 0.0
     assert float(row[4]) == pytest.approx(most, abs=6e-5)
