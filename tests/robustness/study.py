@@ -136,7 +136,8 @@ def _logarithms(estimate: Estimate, truth: float) -> list[float]:
     """Log of estimate, low and high end over the truth."""
     assert estimate.low is not None
     assert estimate.high is not None
-    return [round(float(np.log(x / truth)), 7) for x in (estimate.value, estimate.low, estimate.high)]
+    with np.errstate(divide="ignore"):  # the interval of a rate that is not told from none begins at 0
+        return [round(float(np.log(x / truth)), 7) for x in (estimate.value, estimate.low, estimate.high)]
 
 
 def _differences(estimate: Estimate, truth: float) -> list[float]:
