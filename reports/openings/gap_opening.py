@@ -56,12 +56,16 @@ def gap_opening(result: Result) -> Opening:
 
 
 def _is_good(document: Json, verdict: str) -> bool | None:
-    """Of the verdict none only where it is sure and explains the trials: the probability of a missing effect may be
-    larger.
-    """
-    if leaves_error(document) or (verdict == "none" and not (within_accuracy(document) or sure_of_none(document))):
+    """Of the verdict none only where it settles the matter: the probability of a missing effect may be larger."""
+    if _leaves_open(document, verdict):
         return None
     return {"effect": True, "none": True, "unknown": False}.get(verdict)
+
+
+def _leaves_open(document: Json, verdict: str) -> bool:
+    """Whether the verdict none is unsure, or an error above the noise remains."""
+    unsure = verdict == "none" and not (within_accuracy(document) or sure_of_none(document))
+    return unsure or leaves_error(document)
 
 
 def _trust(document: Json, verdict: str) -> str:
@@ -69,7 +73,7 @@ def _trust(document: Json, verdict: str) -> str:
     scored = [trial for trial in trials if trial.get("scored")]
     means = meaning_of(document)
     words = f"{means[:1].upper()}{means[1:]}." if means else f"Verdict {verdict}."
-    if leaves_error(document) or (verdict == "none" and not (within_accuracy(document) or sure_of_none(document))):
+    if _leaves_open(document, verdict):
         words = ""  # the headline says it
     if not scored:
         return words

@@ -201,7 +201,7 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
     if low is None or high is None or not high > low:
         return _number(quantity), ""
     if low > 0.0 and high > WIDE_INTERVAL * low:
-        return f"{significant(quantity['value'], 2)}", f"{significant(low, 2)} to {significant(high, 2)}"
+        return significant(quantity["value"], 2), f"{significant(low, 2)} to {significant(high, 2)}"
     value, decimals = quantity["value"], max(0, 1 - math.floor(math.log10((high - low) / 2)))
     if decimals > MOST_DECIMALS and abs(value) < SMALL:  # an insect's spring, 2e-7 N m/rad
         digits = max(0, decimals + math.floor(math.log10(max(abs(value), (high - low) / 2))))
@@ -211,4 +211,4 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
 
 
 def _number(quantity: Json | None) -> str:
-    return "-" if not quantity else f"{significant(quantity['value'], 3)}"
+    return "-" if not quantity else significant(quantity["value"], 3)

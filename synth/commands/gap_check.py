@@ -100,7 +100,7 @@ def _clusters(clusters: Sequence[Json]) -> list[str]:
     for cluster in clusters[:MOST_CLUSTERS]:
         names = ", ".join(f"{c['effect'].replace('_', ' ')} ({c['joint']})" for c in cluster["causes"])
         sine = cluster["sine_with_trial"]
-        then = f"{significant(1.0 / sine, 2)}" if sine > LEAST_SINE else f"more than {significant(1.0 / LEAST_SINE, 2)}"
+        then = significant(1.0 / sine, 2) if sine > LEAST_SINE else f"more than {significant(1.0 / LEAST_SINE, 2)}"
         helps = f" -> {cluster['remedy']} (then from {then} times the smallest size)"
         remedy = helps if cluster["remedy"] else " -> no usual kind of trial separates them"
         lines.append(f"- {names}{remedy}")

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from design.one_joint import designed
 from synth.api.designs import _with_told
-from synth.api.designs import design as design_of
 from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
 from synth.design.drawn_springs import draw_up, seats_set
@@ -32,39 +32,17 @@ from synth.spring.stress import bending_stress
 from synth.spring.winding_sheet import request_lines, winding_sheet
 from synth.swing.leg_model import Damper, DamperCurve
 
-LEG = """kind: leg
-name: one joint
-gravity: 9.81 m/s^2
-joints:
-  - name: knee
-    zero: 180 deg
-    sign: +1
-    range: [132 deg, 215 deg]
-    link: {length: 250 mm, mass: 0.5 kg, com: 100 mm, inertia: 4e-3 kg*m^2}
-"""
-PROJECT = """kind: leg-design
-name: stiff
-source: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 40 deg, damping_ratio: 0.1,
-                                            damped_frequency: 4 Hz}}}
-target: one.leg.yaml
-select: {joints: {knee: {spring: {SPRING}}}}
-"""
-
-
-def designed(folder: Path, spring: str) -> LegDesign:
-    (folder / "one.leg.yaml").write_text(LEG)
-    (folder / "leg-design.yaml").write_text(PROJECT.replace("SPRING", spring))
-    return design_of(folder / "leg-design.yaml").design
+RANGE = (132, 215)  # deg, of the knee
 
 
 @pytest.fixture(scope="module")
 def wound(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
-    return designed(tmp_path_factory.mktemp("wound"), "make: true")
+    return designed(tmp_path_factory.mktemp("wound"), between=RANGE)
 
 
 @pytest.fixture(scope="module")
 def bought(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
-    return designed(tmp_path_factory.mktemp("bought"), "part: 9271K589")
+    return designed(tmp_path_factory.mktemp("bought"), "part: 9271K589", between=RANGE)
 
 
 def test_the_drawn_spring_has_the_arms_and_pitch_of_its_joint(wound: LegDesign) -> None:

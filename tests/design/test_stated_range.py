@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from design.one_joint import designed
 from synth.api.designs import Design
-from synth.api.designs import design as design_of
 from synth.design.drawn_springs import seats_set
 from synth.design.free_angle_reach import out_of_reach, refuse_stops
 from synth.design.held_to_ranges import held_to_ranges
@@ -23,40 +23,16 @@ from synth.files.project_options import MeasuredSpring
 from synth.model_checks.designed_leg import designed_leg_checks
 from synth.remarks import severity_of
 
-LEG = """kind: leg
-name: one joint
-gravity: 9.81 m/s^2
-joints:
-  - name: knee
-    zero: 180 deg
-    sign: +1
-    range: [RANGE]
-    link: {length: 250 mm, mass: 0.5 kg, com: 100 mm, inertia: 4e-3 kg*m^2}
-"""
-PROJECT = """kind: leg-design
-name: narrow
-source: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 40 deg, damping_ratio: 0.1,
-                                            damped_frequency: 4 Hz}}}
-target: one.leg.yaml
-select: {joints: {knee: {spring: {make: true}}}}
-"""
-
-
-def designed(folder: Path, low: float, high: float, *, solids: bool) -> LegDesign:
-    (folder / "one.leg.yaml").write_text(LEG.replace("RANGE", f"{low} deg, {high} deg"))
-    (folder / "leg-design.yaml").write_text(PROJECT)
-    return design_of(folder / "leg-design.yaml", solids=solids).design
-
 
 @pytest.fixture(scope="module")
 def wide(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
-    return designed(tmp_path_factory.mktemp("wide"), 120, 215, solids=False)
+    return designed(tmp_path_factory.mktemp("wide"), between=(120, 215), solids=False)
 
 
 @pytest.fixture(scope="module")
 def leaning(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
     """The rest pose, at 170 deg, and half of the motion lie outside the range."""
-    return designed(tmp_path_factory.mktemp("leaning"), 175, 205, solids=True)
+    return designed(tmp_path_factory.mktemp("leaning"), between=(175, 205))
 
 
 def test_a_range_that_holds_the_motion_changes_nothing(wide: LegDesign) -> None:
@@ -104,7 +80,7 @@ def test_the_built_leg_and_its_forecasts_stop_at_the_stops(wide: LegDesign, lean
 def test_the_exported_model_stops_where_the_prediction_does(tmp_path: Path) -> None:
     """MuJoCo moves the leg within 0.3 deg; the files name no stop as missing, because their limits are the stops."""
     pytest.importorskip("mujoco")
-    made = designed(tmp_path, 150, 215, solids=False)
+    made = designed(tmp_path, between=(150, 215), solids=False)
     knee = made.built.joints[0]
     assert stops_at_range(knee)
     assert without_held(knee, ()) == []

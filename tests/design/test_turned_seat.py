@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from synth.api.designs import design as design_of
+from design.one_joint import designed
 from synth.cad.checks import check_arms
 from synth.cad.joint import build_joint
 from synth.cad.travel import Bodies, check_travel
@@ -18,30 +18,10 @@ from synth.design.leg_design import LegDesign
 from synth.design.write_design import design_json
 from synth.parts.catalogs import Catalogue
 
-LEG = """kind: leg
-name: one joint
-gravity: 9.81 m/s^2
-joints:
-  - name: knee
-    zero: 180 deg
-    sign: +1
-    link: {length: 250 mm, mass: 0.5 kg, com: 100 mm, inertia: 4e-3 kg*m^2}
-"""
-PROJECT = """kind: leg-design
-name: wide
-source: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 40 deg, damping_ratio: 0.1,
-                                            damped_frequency: 2 Hz}}}
-target: one.leg.yaml
-select: {joints: {knee: {spring: {part: 9271K589}}}}
-"""
-
 
 @pytest.fixture(scope="module")
 def bought(tmp_path_factory: pytest.TempPathFactory) -> LegDesign:
-    folder = tmp_path_factory.mktemp("bought")
-    (folder / "one.leg.yaml").write_text(LEG)
-    (folder / "leg-design.yaml").write_text(PROJECT)
-    return design_of(folder / "leg-design.yaml").design
+    return designed(tmp_path_factory.mktemp("bought"), "part: 9271K589", frequency=2)
 
 
 def with_range(design: LegDesign, below: float, above: float) -> LegDesign:

@@ -9,26 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from synth.api.designs import design as design_of
+from design.one_joint import designed
 from synth.design import mass_loop
 from synth.remarks import severity_of
-
-LEG = """kind: leg
-name: one joint
-gravity: 9.81 m/s^2
-joints:
-  - name: knee
-    zero: 180 deg
-    sign: +1
-    link: {length: 250 mm, mass: 0.5 kg, com: 100 mm, inertia: 4e-3 kg*m^2}
-"""
-PROJECT = """kind: leg-design
-name: unsettled
-source: {leg: one.leg.yaml, wanted: {knee: {rest: 170 deg, amplitude: 30 deg, damping_ratio: 0.1,
-                                            damped_frequency: 2 Hz}}}
-target: one.leg.yaml
-select: {joints: {knee: {spring: {make: true}}}}
-"""
 
 
 def test_forecast_costs_and_warnings_are_those_of_the_last_links(
@@ -48,9 +31,7 @@ def test_forecast_costs_and_warnings_are_those_of_the_last_links(
 
     monkeypatch.setattr(mass_loop.JointWeights, "on_links", wrong)
     monkeypatch.setattr(mass_loop, "MOST_ROUNDS", 2)
-    (tmp_path / "one.leg.yaml").write_text(LEG)
-    (tmp_path / "leg-design.yaml").write_text(PROJECT)
-    design = design_of(tmp_path / "leg-design.yaml").design
+    design = designed(tmp_path, amplitude=30, frequency=2)
     assert design.rounds == mass_loop.MassRounds(2, settled=False)
     error = float(np.sqrt(np.mean(design.errors**2)))
     assert error > np.radians(2.0)
