@@ -155,10 +155,19 @@ def value_text(quantity: object) -> str:
     return _as_known(value_of(quantity), quantity)
 
 
+def is_any_angle(quantity: object) -> bool:
+    """Whether it is an angle whose interval spans a full turn, as the free angle of a spring that may not be there."""
+    interval = interval_of(quantity)
+    if interval is None or unit_of(quantity) != "deg":
+        return False
+    low, high = interval
+    return low is not None and high is not None and high - low >= 360.0
+
+
 def interval_text(quantity: object) -> str:
     """``9.71 to 10.11``, ``above 9.71``; empty without an interval."""
     interval = interval_of(quantity)
-    if interval is None:
+    if interval is None or is_any_angle(quantity):
         return ""
     low, high = (_as_known(end, quantity) for end in interval)
     if interval[0] is None and interval[1] is None:
@@ -169,8 +178,8 @@ def interval_text(quantity: object) -> str:
 
 
 def text(quantity: object) -> str:
-    """``1.71 N·m/rad`` with a no-break space, ``12°`` without a space."""
-    return with_unit(value_text(quantity), quantity)
+    """``1.71 N·m/rad`` with a no-break space, ``12°`` without a space, ``unknown`` for any angle."""
+    return "unknown" if is_any_angle(quantity) else with_unit(value_text(quantity), quantity)
 
 
 def brief(quantity: object) -> str:

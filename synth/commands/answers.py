@@ -87,7 +87,11 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
     rows = [["joint", *heads, "RMS [deg]"]]
     for name, joint in content["joints"].items():
         given = [(joint.get(key), si) for _, key, si in columns]
-        cells = [cell for item, si in given for cell in _estimate(shown.of(item, si) if item else None)]
+        cells = [
+            cell
+            for item, si in given
+            for cell in (("unknown", "") if _is_any_angle(item) else _estimate(shown.of(item, si) if item else None))
+        ]
         rows.append([name, *cells, _number(content["rms"].get(name))])
     count = len(warning_texts(content))
     return f"{table_text(rows)}\n{_law_text(content)}{count} warning{'' if count == 1 else 's'}"
@@ -208,6 +212,12 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
         return f"{value:.{digits}e}", f"{low:.{digits}e} to {high:.{digits}e}"
     decimals = min(MOST_DECIMALS, decimals)
     return f"{value:.{decimals}f}", f"{low:.{decimals}f} to {high:.{decimals}f}"
+
+
+def _is_any_angle(quantity: Json | None) -> bool:
+    """Whether it is an angle whose interval spans a full turn: the free angle of a spring that may not be there."""
+    low, high = (quantity or {}).get("interval90") or (0.0, 0.0)
+    return quantity is not None and quantity["unit"] == "deg" and high - low >= 360.0
 
 
 def _number(quantity: Json | None) -> str:

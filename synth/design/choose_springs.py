@@ -39,19 +39,20 @@ ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; 
 
 @dataclass(frozen=True)
 class WantedTravel:
-    """Travel of a joint's spring from its free angle, rad: the larger side, which winds it, and the other.
+    """Travel of a joint's spring from its free angle, rad: that which winds it, and that which opens it.
 
-    ``below``: the larger side is at smaller measured angles, at which a joint drawn as the thesis' closes the arms.
+    ``turned_round``: larger measured angles close its arms; in a joint drawn as the thesis' smaller ones do.
     """
 
     winding: float
     opening: float
-    below: bool = True
+    turned_round: bool = False
 
-    @property
-    def turned_round(self) -> bool:
-        """Whether the travel is mainly towards larger angles: the spring is then seated so that they close its arms."""
-        return not self.below and self.winding >= 2.0 * self.opening and self.winding >= radians(2.0)
+    @classmethod
+    def of_sides(cls, below: float, above: float) -> WantedTravel:
+        """The travel (rad) at smaller and at larger angles: turned round if it is mainly towards larger ones."""
+        turned = above >= 2.0 * below and above >= radians(2.0)
+        return cls(above, below, turned_round=True) if turned else cls(below, above)
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,7 @@ class SpringOption:
     tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
     comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
-    ``turned_to_hold``: it is seated so because the seat that the travel's larger side asks for would let it yield.
-    ``below``: the joint's larger travel is at smaller measured angles, as in ``WantedTravel``.
+    ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
     its joint is drawn.
     """
@@ -82,7 +82,6 @@ class SpringOption:
     compared: bool = False
     closes: int = -1
     turned_to_hold: bool = False
-    below: bool = True
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
     loose: LooseTest | None = None
@@ -161,7 +160,7 @@ class SpringChoiceMade:
 def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTravel]:
     """Each spring's travel from its free angle: over the joint's range if the leg states one, else over the motions.
 
-    ``motions`` : (m, n) rotations, rad. The larger side of the two winds the coil.
+    ``motions`` : (m, n) rotations, rad.
     """
     found = []
     for j, joint in enumerate(leg.joints):
@@ -171,8 +170,7 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTra
         else:
             turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - joint.rest)
             ends = [float(turned.min()), float(turned.max())]
-        below, above = abs(min(0.0, *ends)), abs(max(0.0, *ends))
-        found.append(WantedTravel(max(below, above), min(below, above), below >= above))
+        found.append(WantedTravel.of_sides(abs(min(0.0, *ends)), abs(max(0.0, *ends))))
     return found
 
 
@@ -197,7 +195,7 @@ class SpringSource:
         """The travel that the project requires, else the joint's."""
         if self.choice.travel is None:
             return self.travel
-        return WantedTravel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
+        return replace(self.travel, winding=self.choice.travel, opening=min(self.travel.opening, self.choice.travel))
 
 
 def spring_options(
@@ -328,7 +326,6 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         check=check,
         count=count,
         closes=1 if travel.turned_round else -1,
-        below=travel.below,
         asked=asked,
         passed=tuple(passed_limits(row, source.catalogue, travel.winding, yields=yields)),
     )
@@ -389,7 +386,7 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
         warnings = [decisive(text)]
     total = design.rate * design.count
     option = SpringOption(total, design.included_angle, design=design, result=result, asked=rate)
-    return replace(option, closes=1 if travel.turned_round else -1, below=travel.below), warnings
+    return replace(option, closes=1 if travel.turned_round else -1), warnings
 
 
 def with_lasting(option: SpringOption, catalogue: Catalogue) -> SpringOption:

@@ -7,6 +7,7 @@ from math import ceil, degrees, floor
 
 import numpy as np
 
+from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
 from synth.remarks import decisive
 from synth.swing.mechanics import rest_pose
@@ -83,13 +84,23 @@ def well_seated(design: LegDesign) -> LegDesign:
         needed = _needed(drawn_range(design, j, float(pose[j])), asked=_asked(design, j))
         here, there = (yields_of(design, j, closes) for closes in (option.closes, -option.closes))
         if here is not None and there is not None and _holds(there, needed) and not _holds(here, needed):
-            option = replace(option, closes=-option.closes, turned_to_hold=not option.turned_to_hold)
+            option = _turned_round(option)
         chosen.append(option)
     if all(one is other for one, other in zip(chosen, design.springs.chosen, strict=True)):
         return design
     turned = {id(before): after for before, after in zip(design.springs.chosen, chosen, strict=True)}
     ranked = tuple(tuple(turned.get(id(option), option) for option in each) for each in design.springs.ranked)
     return replace(design, springs=replace(design.springs, chosen=tuple(chosen), ranked=ranked))
+
+
+def _turned_round(option: SpringOption) -> SpringOption:
+    """The spring in the other seat: what wound it opens it. Its stresses follow when its drawn arms are known."""
+    made, check = (
+        None if known is None else replace(known, travel=known.opening_travel, opening_travel=known.travel)
+        for known in (option.design, option.check)
+    )
+    turned = not option.turned_to_hold
+    return replace(option, design=made, check=check, closes=-option.closes, turned_to_hold=turned)
 
 
 def turned_sentences(design: LegDesign, j: int) -> list[str]:

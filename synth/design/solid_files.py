@@ -102,10 +102,8 @@ def joint_travel(option: SpringOption, joint: JointDimensions) -> JointTravel:
     from synth.spring.winding_sheet import JointTravel
 
     assert option.design is not None
-    larger, smaller = sorted((option.design.travel, option.design.opening_travel), reverse=True)
-    closing, opening = (larger, smaller) if option.below == (option.closes < 0) else (smaller, larger)
     stops = [radians(joint.closing(angle)) for angle in joint.ends]
-    return JointTravel(closing, opening, stops[0], -stops[1])
+    return JointTravel(option.design.travel, option.design.opening_travel, stops[0], -stops[1])
 
 
 def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:

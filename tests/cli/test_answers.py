@@ -33,6 +33,14 @@ def test_a_wide_interval_is_rounded_as_on_the_page() -> None:
     assert row.split()[:5] == ["hip", "0.49", "0.4", "to", "6"]
 
 
+def test_the_free_angle_of_a_spring_that_may_not_be_there_is_unknown() -> None:
+    """It was printed as 63 deg, -785 to 786."""
+    rate = {"value": 2e-4, "unit": "N*m/rad", "interval90": [0.0, 2e-3]}
+    free = {"value": 63.0, "unit": "deg", "interval90": [-785.0, 786.0]}
+    row = fit_text({"joints": {"hip": {"spring_rate": rate, "free_angle": free}}, "rms": {}}).splitlines()[2]
+    assert row.split()[-2:] == ["unknown", "-"]
+
+
 def test_a_fit_prints_its_table_also_with_quiet(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     said, _, _ = fitted(capsys, tmp_path / "a")
     table, messages, written = fitted(capsys, tmp_path / "b", "-q")

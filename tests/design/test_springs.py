@@ -149,7 +149,7 @@ def test_travel_is_the_joint_range_or_else_the_motion() -> None:
     leg = knee(1.0)
     motion = leg.to_rotation(np.radians([[100.0], [130.0], [111.0]]))
     found = travels(leg, [motion])[0]
-    assert np.degrees([found.winding, found.opening]) == pytest.approx([19.0, 11.0])
+    assert np.degrees([found.winding, found.opening]) == pytest.approx([11.0, 19.0])  # larger angles open it
     ranged = leg.with_joints(knee={"range": (radians(60.0), radians(150.0))})
     found = travels(ranged, [motion])[0]
     assert np.degrees([found.winding, found.opening]) == pytest.approx([51.0, 39.0])
@@ -179,19 +179,19 @@ def test_a_spring_that_would_open_is_reversed_with_a_warning() -> None:
     """As the thesis' the arms close towards smaller measured angles; a joint with sign -1 turns the other way in q."""
     leg = knee(1.0)
     motion = np.radians([[0.0], [40.0], [-5.0]])
-    for sign, below in ((1, False), (-1, True)):
+    for sign, turned_round in ((1, True), (-1, False)):
         turned = replace(leg, joints=(replace(leg.joints[0], sign=sign, zero=radians(111.0)),))
         (found,) = travels(turned, [motion])
-        assert found.below is below
         assert np.degrees([found.winding, found.opening]) == pytest.approx([40.0, 5.0])
-        assert bool(sense_warning("knee", found)) is found.turned_round is not below
-    assert "towards larger measured angles" in sense_warning("knee", WantedTravel(0.7, 0.1, below=False))[0]
-    assert sense_warning("knee", WantedTravel(0.7, 0.6, below=False)) == []
+        assert bool(sense_warning("knee", found)) is found.turned_round is turned_round
+    assert "towards larger measured angles" in sense_warning("knee", WantedTravel.of_sides(0.1, 0.7))[0]
+    assert WantedTravel.of_sides(0.6, 0.7) == WantedTravel(0.6, 0.7)  # the thesis' seat: larger angles open it
+    assert sense_warning("knee", WantedTravel(0.6, 0.7)) == []
 
 
 @pytest.mark.parametrize("rate", [2.2922, 3.3])  # a bought one, one to wind
 def test_the_closing_direction_follows_the_travel(catalogue: Catalogue, rate: float) -> None:
-    for travel, closes in ((WantedTravel(0.7, 0.1, below=False), 1), (WantedTravel(0.7, 0.1), -1)):
+    for travel, closes in ((WantedTravel(0.7, 0.1, turned_round=True), 1), (WantedTravel(0.7, 0.1), -1)):
         made = choose(knee(rate), choice(rate_tolerance=0.05), catalogue, [travel])
         assert {option.closes for option in made.ranked[0]} == {closes}
         assert any("the other way round" in text for text in made.warnings[0]) is (closes == 1)

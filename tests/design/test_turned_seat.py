@@ -46,6 +46,11 @@ def test_a_spring_is_turned_round_where_only_the_other_seat_holds_the_travel(bou
     free = dimensions.free_angle
     assert turned.springs.chosen[0].closes == dimensions.closes == 1
     assert dimensions.yields == pytest.approx((free - opens, free + winds), abs=0.3)  # as the drawn arms hold it
+    as_seated = turned.springs.chosen[0].check
+    assert as_seated is not None  # what wound it opens it
+    assert (as_seated.travel, as_seated.opening_travel) == (check.opening_travel, check.travel)
+    assert as_seated.stress > as_seated.opening_stress
+    assert check.stress < check.opening_stress
     low, high = dimensions.stop_angles
     assert dimensions.closing(high) == pytest.approx(opens + 5.5, abs=0.1)  # larger angles close the arms
     assert low - dimensions.yields[0] > 2.0

@@ -70,6 +70,8 @@ def quantity(value: float, unit: str, *interval: float | None) -> dict[str, obje
         (quantity(1234.56, "MPa"), "1235\u00a0MPa", ""),
         (quantity(2.5e-7, "kg*m^2"), "2.5·10⁻⁷\u00a0kg·m²", ""),
         (quantity(-9.0, "deg"), "−9°", ""),
+        (quantity(63.0, "deg", -785.0, 786.0), "unknown", ""),  # of a spring that may not be there
+        (quantity(700.0, "deg", 690.0, 720.0), "700°", "690 to 720"),
         (quantity(2.4e-6, "deg"), "2.4·10⁻⁶\u00a0°", ""),
         (quantity(0.0099999999, "1"), "0.01", ""),
         ({}, "–", ""),
