@@ -12,7 +12,7 @@ from synth.reports.section import mapping, sequence
 
 MOST_CAUSES = 8  # in the opening; their section has all
 # Causes shown first, of a leg with servos too
-ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency", "servo_gain", "gear_load_friction")
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency", "servo_gain", "gear_friction")
 
 
 def rehearsal_opening(result: Result) -> Opening:

@@ -20,7 +20,7 @@ def content(result: Result) -> dict[str, Any]:
         rows.append(
             {
                 "name": f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}",
-                "size": cell.text if cause.get("cases") else "cannot act here",
+                "size": cell.text if cause.get("cases") else "cannot be planted large enough",
                 "gap": cell.small,
                 "of": mapping(cause, "visible_from").get("of", ""),
                 "named": f"{cause.get('named')} of {cause.get('cases')}",

@@ -72,7 +72,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
         if kept.was_there:
             progress.say("resuming an interrupted run: finished, unchanged projects are kept")
         run = _FolderRun(task, found, kept, progress)
-        with progress.stage(f"{len(found)} projects to be {task.done}"):
+        with progress.stage(f"{len(found)} project{'s' * (len(found) != 1)} to be {task.done}"):
             failed = run.perform(runner)
         with progress.stage("writing"):
             content = _write(folder, [item.name for item in found], kept, failed, task)

@@ -186,7 +186,8 @@ class PlantEffect:
     tries. ``phrase`` : the words for a place that has it, "has dry friction". ``module`` : the module of its
     functions. ``stated`` : parameters for a sentence, the most needed first; empty: those ``stated_by_default``.
     ``idle`` : parameter -> another one and its value at which the first does not matter. ``becomes`` : simpler effects
-    that it is where its parameters end there: no trial could tell the two apart.
+    that it is where its parameters end there: no trial could tell the two apart. ``former`` : earlier names, which
+    files may still have.
     """
 
     name: str
@@ -201,6 +202,7 @@ class PlantEffect:
     stated: tuple[str, ...] = ()
     idle: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     becomes: tuple[SimplerEffect, ...] = ()
+    former: tuple[str, ...] = ()
 
     @cached_property
     def defaults(self) -> dict[str, float]:

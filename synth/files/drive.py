@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -17,6 +18,7 @@ from synth.files.validate import FileModel, Quantity, refusal
 Drive = Servo | TorqueDrive
 # s, of a winding: within 0.1 deg of its current, 0.2 deg with a damping gain (tests/drives/test_inductance.py)
 LONGEST_LAG = 2e-3
+LIMITS = {"torque_limit": "N*m", "current_limit": "A", "duty_limit": "1"}  # that ``limit`` may be, by its unit
 
 
 class MotorKeys(FileModel):
@@ -39,10 +41,10 @@ class MotorKeys(FileModel):
 
 
 class DriveKeys(FileModel):
-    """A joint's drive: a position servo, or a motor with known voltage or known current.
+    """A joint's drive: a position servo, a motor with known voltage or known current, or a known torque.
 
     ``gain`` and ``damping_gain`` are duty per angle and per speed with a ``motor`` (1/rad, s/rad), otherwise
-    torques (N m/rad, N m s/rad).
+    torques (N m/rad, N m s/rad). ``limit`` is one of the three limits, by its unit.
     """
 
     kind: Literal["servo", "voltage", "torque"]
@@ -50,6 +52,7 @@ class DriveKeys(FileModel):
     damping_gain: Annotated[Any, Field(examples=["0.5 N*m*s/rad"]), Written("quantity")] = None
     delay: Annotated[float, Quantity("s", least=0, most=2)] = 0.0
     dead_band: Annotated[float, Quantity("rad", least=0, most=1)] = 0.0
+    limit: Annotated[Any, Field(examples=["2.5 N*m"]), Written("quantity")] = None
     duty_limit: Annotated[float, Quantity("1", above=0, most=1)] | None = None
     torque_limit: Annotated[float, Quantity("N*m", above=0)] | None = None
     current_limit: Annotated[float, Quantity("A", above=0)] | None = None
@@ -60,6 +63,23 @@ class DriveKeys(FileModel):
     duty_steps: Annotated[int, Field(ge=1)] | None = None
     commands: Literal["held", "linear"] | None = None
     motor: MotorKeys | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _which_limit(cls, given: Any) -> Any:
+        """``limit`` as the key of its unit."""
+        if not isinstance(given, dict) or given.get("limit") is None:
+            return given
+        written = given["limit"]
+        for key, unit in LIMITS.items():
+            with suppress(UserError):
+                units.parse(written, unit)
+                if given.get(key) is not None:
+                    raise refusal(f'"limit" and "{key}" are the same: keep one')
+                return {**given, "limit": None, key: written}
+        raise refusal(
+            f'"limit" is {written}: write a torque (2.5 N*m), a current (1.5 A) or a share of the duty (85 %)'
+        )
 
     @model_validator(mode="after")
     def _complete(self) -> DriveKeys:
@@ -73,9 +93,10 @@ class DriveKeys(FileModel):
             }[self.kind]
         )
         if foreign:
-            bare = " without a motor" if self.kind == "servo" else ""
-            raise refusal(f'"{sorted(foreign)[0]}" does not apply to a drive of kind {self.kind}{bare}; leave it out')
-        if self.kind != "servo" and self.motor is None:
+            key, bare = sorted(foreign)[0], " without a motor" if self.kind == "servo" else ""
+            instead = "write torque_limit, in N*m" if bare and key in LIMITS else "leave it out"
+            raise refusal(f'"{key}" does not apply to a drive of kind {self.kind}{bare}; {instead}')
+        if self.kind == "voltage" and self.motor is None:
             raise refusal('"motor" is missing: write motor: {torque_constant: 0.02 N*m/A, resistance: 2 ohm}')
         if self.kind == "servo" and self.gain is None:
             raise refusal(f'"gain" is missing: write it, for example gain: {"2 1/rad" if self.motor else "20 N*m/rad"}')
@@ -90,8 +111,8 @@ class DriveKeys(FileModel):
             raise refusal(text + "; recordings with a column supply [V] use theirs")
         return self
 
-    def drive(self) -> Drive:
-        """The drive described by these keys.
+    def drive(self) -> Drive | None:
+        """The drive described by these keys; None: a torque that is known as such, which needs nothing stated.
 
         Raises
         ------
@@ -104,8 +125,7 @@ class DriveKeys(FileModel):
             gear = keys.gear_ratio, keys.efficiency
             motor = GearedMotor(resistance, keys.torque_constant, *gear, keys.rotor_inertia, keys.inductance)
         if self.kind == "torque":
-            assert motor is not None
-            return TorqueDrive(motor)
+            return None if motor is None else TorqueDrive(motor)
         gain_unit, damping_unit = GAIN_UNITS[motor is not None]
         return Servo(
             gain=0.0 if self.gain is None else _gain("gain", self.gain, gain_unit),

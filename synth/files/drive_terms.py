@@ -21,7 +21,7 @@ from synth.swing.leg_model import Joint, Leg
 from synth.units import significant
 
 # Effects that are in a servo's numbers, and therefore in every file with these numbers.
-IN_SERVO = ("command_delay", "drive_torque_limit", "motor_constant", "servo_gain", "winding_resistance")
+IN_SERVO = ("command_delay", "current_limit", "torque_constant", "servo_gain", "winding_resistance")
 AS_GOOD_AS_UNLIMITED = 1e-3 * UNLIMITED  # N m: above any real limit, below UNLIMITED times an effect's factor
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field
+from pydantic_core import PydanticCustomError
 
 from synth.errors import Problem, UserError
 from synth.files.leg_file import PartResolver
@@ -24,11 +25,6 @@ from synth.swing.leg_model import Damper, Leg, Spring
 
 NOISE = Quantity("rad", above=0, most=radians(10))  # a sensor that scatters more shows no swing
 Angle = Annotated[float, Quantity("rad", least=0, most=radians(90))]
-
-
-@dataclass(frozen=True)
-class _SensorNoise:
-    noise: Annotated[float, NOISE]
 
 
 @dataclass(frozen=True)
@@ -129,9 +125,10 @@ def _noise(reader: ProjectReader, written: Any, leg: Leg | None) -> dict[str, fl
         reader.known_joints(written, leg, ("noise",))
     found = {}
     for joint, value in written.items():
-        entry = reader.entry(_SensorNoise, ("noise", str(joint)), {"noise": value})
-        if entry is not None:
-            found[str(joint)] = entry.noise
+        try:
+            found[str(joint)] = NOISE.read(value)
+        except PydanticCustomError as error:
+            reader.refuse(error.message(), ("noise", str(joint)))
     return found
 
 

@@ -201,6 +201,11 @@ class _Reader:
         """The effects by name; read when a leg has some, because their laws load the compiler."""
         return _allowed(self.given)
 
+    @cached_property
+    def renamed(self) -> Mapping[str, str]:
+        """Former name -> name."""
+        return {former: effect.name for effect in _known(self.given) for former in effect.former}
+
     def joint(self, value: object, key: Key) -> Joint | None:
         raw_effects = value.get("effects") if isinstance(value, dict) else None
         effects = self.effects(raw_effects, (*key, "effects"))
@@ -250,8 +255,9 @@ class _Reader:
         """Effects of one joint, or of the base, from the raw list."""
         result: dict[str, dict[str, float]] = {}
         for index, item in enumerate(items if isinstance(items, list) else []):
-            for name, parameters in item.items() if isinstance(item, dict) else ():
-                place: Key = (*key, index, name)
+            for written, parameters in item.items() if isinstance(item, dict) else ():
+                place: Key = (*key, index, written)
+                name = self.renamed.get(written, written)
                 possible = [known.name for known in self.specifications.values() if known.where == where]
                 if name not in possible:
                     there = _elsewhere(name, where, _known(self.given))

@@ -57,7 +57,7 @@ def command_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
     return _servo_form(setup, j, "delay", LARGEST_DELAY, "late")
 
 
-def servo_dead_band(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+def dead_band(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Small errors are not seen."""
     return _servo_form(setup, j, "dead_band", WIDEST_DEAD_BAND, "dead band")
 
@@ -74,7 +74,7 @@ def _motor(setup: Setup, j: int) -> PlantedServo:
     return found
 
 
-def motor_constant(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+def torque_constant(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Another torque and back-EMF constant."""
     _motor(setup, j)
     return _servo_form(setup, j, "torque_constant", 0.6, "constant", float(rng.choice([-1.0, 1.0])), factor=True)
@@ -87,7 +87,7 @@ def winding_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
     return _servo_form(setup, j, "resistance", 0.6 if sign < 0.0 else 1.5, "winding", sign, factor=True)
 
 
-def drive_torque_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+def current_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A limited current: the larger the size, the lower the limit."""
     servo, good = _motor(setup, j), PlantedSensor.good(setup.true.n)
     supply = max(float(t.inputs.supply[:, j].max()) for t in setup.trials if t.inputs is not None)
@@ -120,7 +120,7 @@ def command_rate_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
     )
 
 
-def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+def voltage_sag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A supply that sags under the joint's current, of its source or its leads; a measured supply has its sag."""
     _motor(setup, j)
     if any(t.inputs is not None and np.ptp(t.inputs.supply[:, j]) > 0.0 for t in setup.trials):
@@ -128,7 +128,7 @@ def source_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: i
     return _servo_form(setup, j, "sag", 2.0, "source")
 
 
-def gear_load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+def gear_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Dry friction in proportion to the drive's torque, which sticks rigidly (BAM, arXiv 2410.08650, model M3)."""
     _servo_of(setup, j)
     return law_form(setup, "gear, sticking", MOST_TORQUE_LOST, lambda s: Law(torque_laws.GEAR, j, (s, 0.0)))
@@ -157,11 +157,11 @@ SERVO_ERRORS: dict[str, Maker] = {
     "command_delay": command_delay,
     "command_rate_limit": command_rate_limit,
     "servo_gain": servo_gain,
-    "servo_dead_band": servo_dead_band,
-    "motor_constant": motor_constant,
+    "dead_band": dead_band,
+    "torque_constant": torque_constant,
     "winding_resistance": winding_resistance,
-    "drive_torque_limit": drive_torque_limit,
-    "source_resistance": source_resistance,
-    "gear_load_friction": gear_load_friction,
+    "current_limit": current_limit,
+    "voltage_sag": voltage_sag,
+    "gear_friction": gear_friction,
     "winding_heating": winding_heating,
 }

@@ -9,7 +9,7 @@ from typing import Any
 from synth.rehearsal.plants import LIBRARY, PlantingTask
 
 Key = tuple[str, str]  # effect and joint
-CANNOT, FAILED = "cannot", "failed"  # the joint cannot have such a cause; the diagnosis failed
+CANNOT, FAILED = "cannot", "failed"  # no such cause can be planted there as large; the diagnosis failed
 TIED, TIE = "tied with others", "tie of others"  # columns of the confusion matrix
 
 
@@ -76,9 +76,16 @@ class CaseOutcome:
 
     @property
     def tied_with(self) -> tuple[str, ...]:
-        """The other causes that may be there instead, in words; empty if the main cause is not tied."""
-        others = [key for key in self.named if key not in self.agreed and key != self.planted]
-        return tuple(_cause_words(key) for key in others) if self.tied else ()
+        """The causes that may be there instead of the main one, in words; empty if it is not tied.
+
+        Those of the explanations without it, but for planted ones and those that stand beside it in another.
+        """
+        if not self.tied:
+            return ()
+        explanations = self.explanations or (self.named,)
+        beside = {key for each in explanations if self.planted in each for key in each}
+        instead = {key for each in explanations if self.planted not in each for key in each}
+        return tuple(_cause_words(key) for key in self.named if key in instead - beside - {*self.small})
 
     @property
     def with_absent(self) -> bool:
@@ -88,6 +95,8 @@ class CaseOutcome:
     @property
     def taken_for(self) -> str:
         """The diagnosis in words: ``coulomb_friction (knee)``, ``none``, ``unknown``; of a tie, all its causes."""
+        if self.verdict == CANNOT:
+            return "cannot be planted as large"
         if not self.counts:
             return self.verdict
         if self.planted is not None and self.planted in self.agreed:

@@ -109,8 +109,8 @@ class Tolerances:
                 constant = drive.motor.torque_constant * factor[7, j]
                 motor = replace(drive.motor, torque_constant=constant, resistance=drive.motor.resistance * factor[8, j])
                 drive = replace(drive, motor=motor)
-                if "source_resistance" in effects:  # which is a share of the winding's, and the same in ohm
-                    share = effects["source_resistance"].get("share", 0.0) / float(factor[8, j])
-                    effects = {**effects, "source_resistance": {"share": share}}
+                if "voltage_sag" in effects:  # which is a share of the winding's, and the same in ohm
+                    share = effects["voltage_sag"].get("share", 0.0) / float(factor[8, j])
+                    effects = {**effects, "voltage_sag": {"share": share}}
             joints.append(replace(joint, link=link, spring=spring, damper=damper, drive=drive, effects=effects))
         return replace(leg, joints=tuple(joints))

@@ -102,7 +102,7 @@ class Case:
         varied = Setup(self.rich.design, self.rich.supply, self.rich.commands[:VARIED])
         at_rest = varied.moved(varied.design)
         target, absorbed = varied.moved(self.alone), Absorbed.of(varied, at_rest)
-        asked = ("source_resistance", 0) if joint < 0 else (effect, joint)  # of a whole leg's causes it has this one
+        asked = ("voltage_sag", 0) if joint < 0 else (effect, joint)  # of a whole leg's causes it has this one
         return asked in _alike(varied, at_rest, target, [self.main], absorbed, [asked])
 
     @property

@@ -53,7 +53,7 @@ def shown_as(effect: str, joint: int, n: int) -> list[tuple[str, int]]:
     One source feeds all joints: of several it is the whole leg's (joint -1, its base). One joint alone read late is as
     its command late: from rest the whole motion is later.
     """
-    if effect == "source_resistance" and n > 1:
+    if effect == "voltage_sag" and n > 1:
         return [("shared_source_resistance", -1)]
     return [(effect, joint), *([("latency", joint)] if effect == "command_delay" and n == 1 else [])]
 

@@ -43,7 +43,7 @@ MOST_OFF = 2.5
 DOMINATES = 0.5  # of the gap, most that is left without the main cause
 ALIKE = 0.1  # of the main cause's gap: another single cause that leaves less is as right
 VARIED = 3  # kinds of a log's command: sines, ramps, steps
-BOTH_WAYS = ("servo_gain", "motor_constant", "winding_resistance")  # causes that can be more and less
+BOTH_WAYS = ("servo_gain", "torque_constant", "winding_resistance")  # causes that can be more and less
 CLOSE, MOST_HALVINGS = 0.02, 12  # relative tolerance of a wanted gap, in at most so many steps
 ATTEMPTS = 60
 Change = Callable[[Rig, int, float], Rig]  # rig, joint, size 0..1
@@ -70,18 +70,18 @@ def _stribeck(rig: Rig, j: int, size: float) -> Rig:
 
 
 LIBRARY: dict[str, Change] = {
-    "gear_load_friction": lambda rig, j, size: rig.changed(j, of_motor=0.5 * size, of_load=0.03 * size),
+    "gear_friction": lambda rig, j, size: rig.changed(j, of_motor=0.5 * size, of_load=0.03 * size),
     "coulomb_friction": lambda rig, j, size: rig.changed(j, dry=0.4 * _level(rig, j) * size),
     "stribeck_friction": _stribeck,
     "viscous_damping": lambda rig, j, size: rig.changed(j, viscous=0.3 * _level(rig, j) * size),
-    "drive_torque_limit": _limit,
+    "current_limit": _limit,
     "command_delay": _put("delay", 0.08),
     "command_rate_limit": lambda rig, j, size: rig.changed(j, rate=80.0 * math.exp(-5.8 * size)),
-    "servo_dead_band": _put("dead", 0.1),
+    "dead_band": _put("dead", 0.1),
     "servo_gain": _scale("gain", -0.9),
-    "motor_constant": _scale("constant", 0.7),
+    "torque_constant": _scale("constant", 0.7),
     "winding_resistance": _scale("resistance", 0.9),
-    "source_resistance": lambda rig, j, size: Rig(rig.joints, rig.source + 3.0 * rig.joints[0, 8] * size),
+    "voltage_sag": lambda rig, j, size: Rig(rig.joints, rig.source + 3.0 * rig.joints[0, 8] * size),
     "armature": lambda rig, j, size: rig.changed(
         j, rotor=float(rig.joints[j, 12]) + 3.0 * _level(rig, j) / 30.0 * size
     ),
@@ -330,7 +330,7 @@ def _alike(
         for j in range(len(setup.design.joints)):
             if (name, j) == main[0] or (among is not None and (name, j) not in among):
                 continue
-            if name == "source_resistance" and (j or main[0][0] == name):  # one for all joints
+            if name == "voltage_sag" and (j or main[0][0] == name):  # one for all joints
                 continue
 
             def left(size: float, change: Change = change, j: int = j) -> float:

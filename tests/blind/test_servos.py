@@ -56,7 +56,7 @@ def with_source(leg: Leg, ohms: float) -> Leg:
         return replace(leg, effects={"shared_source_resistance": {"resistance": ohms}})
     motor = leg.joints[0].drive.motor  # type: ignore[union-attr]
     share = ohms / motor.resistance  # type: ignore[union-attr]
-    return leg.with_joints(**{leg.joints[0].name: {"effects": {"source_resistance": {"share": share}}}})
+    return leg.with_joints(**{leg.joints[0].name: {"effects": {"voltage_sag": {"share": share}}}})
 
 
 def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
@@ -68,7 +68,7 @@ def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "effect"),
-    [("single", "gear_load_friction"), ("none", "gear_load_friction")],
+    [("single", "gear_friction"), ("none", "gear_friction")],
 )
 def test_a_rig_is_as_large_as_its_answer_says(kind: str, effect: str, tmp_path: Path) -> None:
     name, answer = make_case(77, 3, kind, effect, tmp_path)
@@ -85,10 +85,10 @@ def test_what_cannot_be_told_apart_is_as_right() -> None:
     """The answers once held one of these alone: a diagnosis that named the other counted as a false alarm."""
     setups = [_setup(np.random.default_rng(k)) for k in range(9)]
     two = next(s for s in setups if len(s.design.joints) == 2)
-    at = [LIBRARY["source_resistance"](two.design, j, 0.3) for j in range(2)]
+    at = [LIBRARY["voltage_sag"](two.design, j, 0.3) for j in range(2)]
     np.testing.assert_array_equal(two.moved(at[0]), two.moved(at[1]))
-    assert shown_as("source_resistance", 1, 2) == [("shared_source_resistance", -1)]
-    assert shown_as("source_resistance", 0, 1) == [("source_resistance", 0)]
+    assert shown_as("voltage_sag", 1, 2) == [("shared_source_resistance", -1)]
+    assert shown_as("voltage_sag", 0, 1) == [("voltage_sag", 0)]
     one = next(s for s in setups if len(s.design.joints) == 1)
     late = one.moved(one.design.changed(0, delay=0.02))
     np.testing.assert_allclose(late[:, 4:], one.moved(one.design)[:, :-4], atol=1e-3)

@@ -24,7 +24,7 @@ from synth.diagnosis.search import CauseSearch, SearchPlan
 from synth.files.gap_project import Tolerance
 
 PLAN = SearchPlan(anchors=2, anchor_pairs=1, worth=3.0, satisfied=1.05, well=1.2, least_left=0.003, pays=0.4)
-LIMIT, CONSTANT = ("drive_torque_limit", "knee"), ("motor_constant", "knee")
+LIMIT, CONSTANT = ("current_limit", "knee"), ("torque_constant", "knee")
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def test_a_cause_found_beside_another_stands_alone_too() -> None:
     assert explorer.rounds == 1  # nothing is left for a third cause, or for others beside it
 
 
-@pytest.mark.parametrize("effect", ["motor_constant", "winding_resistance", "servo_gain"])
+@pytest.mark.parametrize("effect", ["torque_constant", "winding_resistance", "servo_gain"])
 def test_a_number_of_a_drive_is_tried_far_on_both_sides(effect: str) -> None:
     """Alone 3 % on the lower side: a constant 40 % lower was never found among other causes."""
     scene, _ = scene_of(ARM, driven(ARM), Tolerance(), 0)

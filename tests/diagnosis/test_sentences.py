@@ -112,7 +112,7 @@ STATED = [
     ("stribeck_friction", {"torque": 0.06, "fall": 0.6, "speed": 2.0, "presliding": 3e-4}, "torque fall speed"),
     ("quadratic_damping", {**DRAG, "exponent": 2.1}, "coefficient exponent"),
     ("quadratic_damping", {**DRAG, "exponent": 2.6}, "coefficient exponent speed"),
-    ("gear_load_friction", {"torque": 0.01, "share": 0.3, "fall": 0.4, "speed": 1.0}, "share torque fall"),
+    ("gear_friction", {"torque": 0.01, "share": 0.3, "fall": 0.4, "speed": 1.0}, "share torque fall"),
     ("base_compliance", MOUNT, "stiffness rocking_stiffness mass"),
     ("viscous_damping", {"rate": 0.1}, "change_of_rate"),
 ]

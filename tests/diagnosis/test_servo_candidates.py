@@ -28,8 +28,8 @@ def looked_for(supply: np.ndarray, length: float = 5.0) -> set[str]:
 @pytest.mark.parametrize(("supply", "looked"), [(np.full(50, 7.4), True), (np.linspace(7.4, 7.1, 50), False)])
 def test_source_resistance_is_a_candidate_only_for_an_unmeasured_supply(supply: np.ndarray, looked: bool) -> None:
     found = looked_for(supply)
-    assert ("source_resistance" in found) is looked
-    assert {"gear_load_friction", "command_delay"} <= found
+    assert ("voltage_sag" in found) is looked
+    assert {"gear_friction", "command_delay"} <= found
 
 
 @pytest.mark.parametrize(("second", "shared"), [(7.4, [("shared_source_resistance", "base")]), (12.0, [])])
@@ -42,8 +42,9 @@ def test_servos_of_one_stated_supply_have_one_source_beside_the_leads_of_each(
     recording = SimpleNamespace(known_torque=None, signals=signals)
     trial = SimpleNamespace(recording=recording, free=(0, 1), time=np.array([0.0, 5.0]))
     found = candidates(Leg("leg", tuple(joints)), [trial], SimpleNamespace())  # type: ignore[list-item, arg-type]
-    wanted = [*shared, ("source_resistance", "hip"), ("source_resistance", "knee")]
-    assert sorted(each.key for each in found if "source_resistance" in each.effect.name) == sorted(wanted)
+    wanted = [*shared, ("voltage_sag", "hip"), ("voltage_sag", "knee")]
+    sagging = ("voltage_sag", "shared_source_resistance")
+    assert sorted(each.key for each in found if each.effect.name in sagging) == sorted(wanted)
 
 
 @pytest.mark.parametrize(("length", "looked"), [(5.0, False), (60.0, True)])

@@ -30,7 +30,7 @@ RICH = ("share", "torque", "fall", "speed")
 def logs(fall: float) -> tuple[Workbench, list[Candidate]]:
     """Three logs of an arm whose gear rubs by a share of its torque, less by ``fall`` at speed; its candidates."""
     friction = {"share": 0.3, "torque": 0.02, "fall": fall, "speed": 1.5}
-    built, rng = LEG.with_joints(arm={"effects": {"gear_load_friction": friction}}), np.random.default_rng(2)
+    built, rng = LEG.with_joints(arm={"effects": {"gear_friction": friction}}), np.random.default_rng(2)
     ones, trials = np.ones((len(TIME), 1)), []
     for k, pace in enumerate((0.7, 1.3, 2.1)):
         command = 0.8 * np.sin(2.0 * np.pi * pace * TIME)[:, None]
@@ -43,7 +43,7 @@ def logs(fall: float) -> tuple[Workbench, list[Candidate]]:
 
 def rich_fit(bench: Workbench, found: list[Candidate]) -> EvaluatedHypothesis:
     """The shape with a fall, fitted with its own derivatives."""
-    shape = next(each for each in found if each.effect.name == "gear_load_friction" and each.shape.free == RICH)
+    shape = next(each for each in found if each.effect.name == "gear_friction" and each.shape.free == RICH)
     begun = as_recorded(bench)
     unknowns = np.concatenate([begun.unknowns, shape.starts()[0]])
     return refine(bench, bench.evaluate([EvaluatedHypothesis((shape,), unknowns, begun.states)]))[0]

@@ -83,14 +83,14 @@ def test_every_effect_that_changes_a_number_with_a_tolerance_is_known() -> None:
         known = {quantity for _, quantity in NUMBERS_CHANGED.get(effect.name, ())}
         beside = {"link_mass": {"inertia"}}.get(effect.name, set())  # in proportion to the mass that is told
         assert changed - known - beside - {"torque_constant", "resistance"} == set(), effect.name
-        if effect.name in ("motor_constant", "winding_resistance"):
+        if effect.name in ("torque_constant", "winding_resistance"):
             assert known <= changed
 
 
 def test_a_motor_s_place_without_a_motor_is_left_as_it_is() -> None:
     bare = replace(BOTH, joints=(BOTH.joints[0], replace(BOTH.joints[1], drive=Servo(1.0))))
     width = Tolerances.of(bare, Tolerance())
-    told = against_design(("motor_constant", "knee"), {"share": 0.2}, bare, width, np.ones(width.size))
+    told = against_design(("torque_constant", "knee"), {"share": 0.2}, bare, width, np.ones(width.size))
     assert told == {"share": 0.2}
 
 

@@ -41,7 +41,7 @@ def test_the_order_of_two_effects_does_not_matter(pair: tuple[str, str]) -> None
 @pytest.mark.parametrize("share", [0.3, -0.5])
 def test_a_limit_in_newton_metres_stays_beside_another_motor_constant(share: float) -> None:
     """That of the effect, and the drive's own; a limit of the current follows the constant."""
-    stronger, limit = {"motor_constant": {"share": share}}, {"drive_torque_limit": {"torque": 0.03}}
+    stronger, limit = {"torque_constant": {"share": share}}, {"current_limit": {"torque": 0.03}}
     assert number(LegLanes.of(leg({**limit, **stronger})), "servo_torque_limit") == pytest.approx(0.03)
     by_torque = replace(KNEE, current_limit=np.inf)
     assert number(LegLanes.of(leg(stronger, by_torque)), "servo_torque_limit") == pytest.approx(0.09)
@@ -52,7 +52,7 @@ def test_a_limit_in_newton_metres_stays_beside_another_motor_constant(share: flo
 
 def test_a_source_s_share_is_of_the_winding_s_stated_resistance() -> None:
     """2 ohm beside the stated 0.5, at a winding of 7 ohm instead of 5."""
-    found = LegLanes.of(leg({"winding_resistance": {"share": 0.4}, "source_resistance": {"share": 0.4}}))
+    found = LegLanes.of(leg({"winding_resistance": {"share": 0.4}, "voltage_sag": {"share": 0.4}}))
     assert number(found, "servo_sag") == pytest.approx(2.5 / 7.0)
 
 

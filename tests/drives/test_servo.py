@@ -132,7 +132,7 @@ def test_time_counted_in_another_unit_changes_nothing() -> None:
 def test_a_lossy_gear_needs_more_torque_to_lift_and_less_to_lower(command: float, ratio: float) -> None:
     """At constant slow speed the drive gives weight / (1 - share) upwards and weight / (1 + share) downwards."""
     servo = Servo(gain=40.0, damping_gain=1.0)
-    arm = Leg("arm", (Joint("arm", LINK, drive=servo, effects={"gear_load_friction": {"share": 0.2}}),))
+    arm = Leg("arm", (Joint("arm", LINK, drive=servo, effects={"gear_friction": {"share": 0.2}}),))
     start = 0.5 if command > 0.0 else 1.2
     ramp = start + 0.3 * command * TIMES
     found = simulate(arm, [start], [0.3 * command], TIMES, signals=told(ramp, 1.0), tolerance=1e-8, rates=True)

@@ -73,10 +73,48 @@ def test_a_drive_is_read_and_written(tmp_path: Path, drive: str, wanted: Servo |
     assert again == found
 
 
+def test_a_torque_known_as_such_needs_no_motor(tmp_path: Path) -> None:
+    """FORMATS.md shows ``drive: {kind: torque}``; a motor's constant was asked for."""
+    assert read_leg(leg_file(tmp_path, "{kind: torque}")).joints[0].drive is None
+
+
+@pytest.mark.parametrize(
+    ("limit", "key"), [("3 N*m", "torque_limit"), ("1.5 A", "current_limit"), ("85 %", "duty_limit")]
+)
+def test_a_limit_is_that_of_its_unit(tmp_path: Path, limit: str, key: str) -> None:
+    """The key ``limit`` of FORMATS.md."""
+    servo = "{kind: servo, gain: 2 1/rad, supply: 12 V, " + MOTOR + ", "
+    one, other = (read_leg(leg_file(tmp_path, f"{servo}{name}: {limit}}}")).joints[0].drive for name in ("limit", key))
+    assert isinstance(one, Servo)
+    assert one == other
+    assert getattr(one, key) == pytest.approx(float(limit.split()[0]) * (0.01 if "%" in limit else 1.0))
+
+
+@pytest.mark.parametrize(
+    ("former", "name"),
+    [
+        ("motor_constant: {share: 0.1}", "torque_constant"), ("servo_dead_band: {angle: 1 deg}", "dead_band"),
+        ("source_resistance: {share: 0.1}", "voltage_sag"), ("drive_torque_limit: {torque: 1 N*m}", "current_limit"),
+        ("gear_load_friction: {share: 0.1}", "gear_friction"),
+    ],
+)  # fmt: skip
+def test_effects_of_drives_are_read_by_their_former_names(tmp_path: Path, former: str, name: str) -> None:
+    path = leg_file(tmp_path, SERVO)
+    path.write_text(path.read_text().rstrip() + f"\n    effects: [{{{former}}}]\n")
+    leg = read_leg(path)
+    assert list(leg.joints[0].effects) == [name]
+    write_leg(leg, tmp_path / "again.leg.yaml")
+    assert f"- {name}:" in (tmp_path / "again.leg.yaml").read_text()
+
+
 @pytest.mark.parametrize(
     ("drive", "words"),
     [
         ("{kind: servo}", '"gain" is missing'),
+        ("{kind: servo, gain: 20 N*m/rad, duty_limit: 0.8}", "write torque_limit, in N"),
+        ("{kind: servo, gain: 20 N*m/rad, limit: 3 A}", "write torque_limit, in N"),
+        ("{kind: servo, gain: 20 N*m/rad, limit: 3 kg}", "write a torque"),
+        ("{kind: servo, gain: 20 N*m/rad, limit: 3 N*m, torque_limit: 3 N*m}", "keep one"),
         ("{kind: servo, gain: 20 N*m/rad, supply: 12 V}", '"supply" does not apply'),
         ("{kind: servo, gain: 20 N*m/rad, " + MOTOR + ", supply: 12 V}", "with a motor a gain is a duty"),
         ("{kind: servo, gain: 2 1/rad}", "without a motor a gain is a torque"),

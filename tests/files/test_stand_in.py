@@ -22,7 +22,7 @@ from synth.swing.leg_model import Joint, Leg, Link
 
 SERVO = Servo(gain=1.2, supply=7.4, motor=GearedMotor(3.4, 0.36, rotor_inertia=1.8e-3))
 FRICTION = {"torque": 0.02, "share": 0.3, "backdriven": 0.0, "fall": 0.0, "speed": 1.0, "presliding": 1e-4}
-ARM = Leg("arm", (Joint("arm", Link(0.12, 0.3, 0.1, 3e-4), drive=SERVO, effects={"gear_load_friction": FRICTION}),))
+ARM = Leg("arm", (Joint("arm", Link(0.12, 0.3, 0.1, 3e-4), drive=SERVO, effects={"gear_friction": FRICTION}),))
 TIMES = np.arange(0.0, 2.0 + 1e-9, 5e-4)
 COMMANDS = 0.8 * np.sin(4.0 * TIMES) + 0.2 * np.sin(13.0 * TIMES), 0.6 * np.arcsin(np.sin(5.0 * TIMES))
 

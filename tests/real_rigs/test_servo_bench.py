@@ -30,7 +30,7 @@ def test_what_is_found_predicts_better_than_each_of_the_owners_six_models(tmp_pa
     found = read_gap_project(project(tmp_path, "xl330", names, gains={400.0, 800.0}))
     result = diagnose(found.leg, found.trials, found.tolerance, seed=found.seed)
     ranked = result.as_json()["ranked"]
-    assert ranked[0]["effect"] == "gear_load_friction"  # the owners' best models, too, have friction by load
+    assert ranked[0]["effect"] == "gear_friction"  # the owners' best models, too, have friction by load
     ours = [np.nanmean(np.abs(trial.after - trial.measured)) for trial in result.trials if trial.scored]
     assert len(ours) == 4
     scored = [log for log in logs("xl330") if log.name in names]

@@ -99,14 +99,14 @@ def test_the_leads_of_one_of_two_servos_of_a_supply_are_planted() -> None:
     """Both hang on 7.4 V; it was refused for them."""
     servos = tuple(PlantedServo(j, 2.0, 0.0, 0.0, 1.0, 0.0, 0.1, 0.05, 9.0, 0.0, 0.0) for j in range(2))
     setup = SimpleNamespace(true=SimpleNamespace(servos=servos, n=2), trials=[SimpleNamespace(inputs=None)])
-    form = SERVO_ERRORS["source_resistance"](np.random.default_rng(0), setup, SimpleNamespace(), 1)  # type: ignore[arg-type]
+    form = SERVO_ERRORS["voltage_sag"](np.random.default_rng(0), setup, SimpleNamespace(), 1)  # type: ignore[arg-type]
     assert form.build(0.4)[0].servo_errors == ((1, "sag", 0.4),)
 
 
 CAUSES = {
     "command_rate_limit": ({"rate": 2.5}, {"servo_errors": ((0, "command_rate", 2.5),)}),
-    "source_resistance": ({"share": 0.4}, {"servo_errors": ((0, "sag", 0.4),)}),
-    "gear_load_friction": (
+    "voltage_sag": ({"share": 0.4}, {"servo_errors": ((0, "sag", 0.4),)}),
+    "gear_friction": (
         {"torque": 0.0, "share": 0.15, "backdriven": 0.0, "fall": 0.0, "speed": 1.0, "presliding": 1e-4},
         {"laws": (Law(torque_laws.GEAR, 0, (0.15, 0.0)),)},
     ),
@@ -137,7 +137,7 @@ def test_planted_causes_move_a_leg_as_the_effects_of_the_other_engine_do(name: s
 def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
     project = read_gap_project(written(tmp_path / "mine"))
     rig = users_rig(project)
-    assert {("servo_gain", 0), ("gear_load_friction", 0), ("source_resistance", 0)} <= set(cause_places(rig, 1))
+    assert {("servo_gain", 0), ("gear_friction", 0), ("voltage_sag", 0)} <= set(cause_places(rig, 1))
     field = Field.of(rig, 3, 0)
     planted = field.plant(np.random.default_rng(1), PlantingTask("command_delay", 0, 3, 0))
     assert planted is not None

@@ -34,6 +34,23 @@ def rig() -> Rig:
     return users_rig(project(TWO, recorded(TWO)))
 
 
+def test_what_was_planted_beside_the_main_cause_is_not_tied_with_it() -> None:
+    """Dry friction, planted beside, and an alias of it stood among the causes that an offset cannot be told from."""
+    rubs, loads = ("coulomb_friction", "hip"), ("load_friction", "hip")
+    tie = diagnosed_as("spring_preload", (loads, SHIFTED), (SHIFTED, rubs), (SCALED, loads))
+    assert replace(tie, small=(rubs,)).tied_with == ("encoder_scale (knee)",)
+    without = diagnosed_as("spring_preload", (SCALED, rubs), (SHIFTED, loads))
+    assert replace(without, small=(rubs,)).tied_with == ("encoder_scale (knee)",)
+
+
+def test_a_cause_too_small_to_plant_is_not_said_not_to_act(rig: Rig, tmp_path: Path) -> None:
+    """A heavier link that acts, but not as much as asked for within its limits, "cannot act here"."""
+    small = replace(diagnosed_as("link_mass", ()), verdict="cannot", explanations=None, named=())
+    said: list[str] = []
+    Rehearsal(tmp_path / "gap.yaml", rig, 3, 1, 2, {})._tell_outcome(small.task, small, _RunProgress(1), said.append)
+    assert said == ["  1/1 link mass (knee), 10 times the remainder: cannot be planted as large"]
+
+
 def test_a_tie_is_counted_apart_and_not_as_a_name(rig: Rig, tmp_path: Path) -> None:
     """Planted in second place of "cannot distinguish them", a cause was "named", with a smallest size."""
     tie = diagnosed_as("spring_preload", (SCALED,), (SHIFTED,))

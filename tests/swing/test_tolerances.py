@@ -31,9 +31,9 @@ DRIVES = {
 }
 LINK = Link(0.2, 0.7, 0.09, 3.5e-3)
 MOTOR_EFFECTS = {
-    "motor_constant": {"share": 0.2},
+    "torque_constant": {"share": 0.2},
     "winding_resistance": {"share": -0.2},
-    "source_resistance": {"share": 0.1},
+    "voltage_sag": {"share": 0.1},
     "servo_gain": {"share": 0.3},
 }
 
@@ -96,11 +96,11 @@ def test_the_winding_s_lag_follows_its_resistance_and_the_braking_both_constants
     assert found.own_inertia[0, 0] == pytest.approx(1e-4 + expected)
 
 
-@pytest.mark.parametrize(("name", "share"), [("motor_constant", 0.2), ("winding_resistance", 0.3)])
+@pytest.mark.parametrize(("name", "share"), [("torque_constant", 0.2), ("winding_resistance", 0.3)])
 def test_a_cause_acts_as_the_leg_file_with_that_number(name: str, share: float) -> None:
     drive = POSITION
     constant, resistance = MOTOR.torque_constant, MOTOR.resistance
-    if name == "motor_constant":
+    if name == "torque_constant":
         constant *= 1.0 + share
     else:
         resistance *= 1.0 + share

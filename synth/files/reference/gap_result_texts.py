@@ -130,7 +130,7 @@ _MANY = {
 GAPS = {
     **_MANY,
     "legs[].gap": "Its `gap.json`.",
-    "legs[].trials": "Its trials.",
+    "legs[].trials": "Its trials on which the gap is scored.",
     "legs[].verdict": "As in its `gap.json`.",
     "legs[].sentence": "The verdict in words.",
     **{f"legs[].explanation[].{key}": text for key, text in _CAUSE.items()},

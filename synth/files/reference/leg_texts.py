@@ -47,6 +47,7 @@ KEYS: dict[str, str] = {
     "drive.damping_gain": "Torque (with a motor: duty) per speed.",
     "drive.delay": "Time from the recorded command to its effect.",
     "drive.dead_band": "Error of angle within which the servo does nothing.",
+    "drive.limit": "One of the three limits below, by its unit: of the torque, the current or the duty.",
     "drive.duty_limit": "Largest share of the supply that the servo applies.",
     "drive.torque_limit": "Largest torque that the drive gives at the joint.",
     "drive.current_limit": "Current limit of the driver.",

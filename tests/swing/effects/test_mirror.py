@@ -14,7 +14,7 @@ from synth.swing.leg_model import Leg
 GIVEN: dict[str, dict[str, float]] = {
     "backlash": {"gap": 0.1},
     "coulomb_friction": {"torque": 0.05},
-    "gear_load_friction": {"torque": 0.05, "share": 0.1},
+    "gear_friction": {"torque": 0.05, "share": 0.1},
     "hardening_spring": {"stiffening": 2.0, "softening": 0.8},
     "joint_stop": {"upper": 1.95, "lower": 1.6, "stiffness": 20.0, "damping": 0.5},
     "load_friction": {"radius": 0.02, "share": 0.1},

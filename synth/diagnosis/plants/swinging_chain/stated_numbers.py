@@ -22,7 +22,7 @@ NUMBERS_CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
     "spring_rate": (("rate", "spring_rate"), ("free_angle", "rest")),
     "viscous_damping": (("rate", "damper_rate"),),
     "spring_preload": (("shift", "rest"),),
-    "motor_constant": (("share", "torque_constant"),),
+    "torque_constant": (("share", "torque_constant"),),
     "winding_resistance": (("share", "resistance"),),
     "torque_gain": (("share", "torque_constant"),),  # where a recorded current tells the torque
 }

@@ -38,7 +38,8 @@ def start(deflection, unloaded, share, backdriven, fall, speed, presliding):  # 
 
 
 EFFECT = Effect(
-    name="gear_load_friction",
+    name="gear_friction",
+    former=("gear_load_friction",),
     meaning="dry friction of a gear, which grows with the drive's torque",
     phrase="has gear friction that grows with the drive's torque",
     formula="-s (torque + max(0, share + backdriven [where the load drives the motor]) |T|) "

@@ -18,7 +18,8 @@ def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
 
 
 EFFECT = Effect(
-    name="source_resistance",
+    name="voltage_sag",
+    former=("source_resistance",),
     meaning="the supply sags under the drive's current",
     phrase="has a supply that sags",
     formula="voltage = duty (supply - duty current share resistance)",

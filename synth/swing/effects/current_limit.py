@@ -20,7 +20,8 @@ def drive(legs: LegLanes, joint: int, sign: int, torque: Array) -> None:
 
 
 EFFECT = Effect(
-    name="drive_torque_limit",
+    name="current_limit",
+    former=("drive_torque_limit",),
     meaning="a drive's current, and with it its torque, is limited",
     phrase="has a drive whose current is limited",
     formula="torque of the drive between -torque and torque, whatever its motor's constant",

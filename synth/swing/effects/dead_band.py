@@ -18,7 +18,8 @@ def drive(legs: LegLanes, joint: int, sign: int, angle: Array) -> None:
 
 
 EFFECT = Effect(
-    name="servo_dead_band",
+    name="dead_band",
+    former=("servo_dead_band",),
     meaning="a servo ignores small errors",
     phrase="has a dead band",
     formula="error = 0 up to angle, |error| - angle beyond",

@@ -19,7 +19,8 @@ def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
 
 
 EFFECT = Effect(
-    name="motor_constant",
+    name="torque_constant",
+    former=("motor_constant",),
     meaning="a motor's torque constant differs from the stated one",
     phrase="has another torque constant",
     formula="torque constant = stated (1 + share); back-EMF likewise; a limit stated in A is that of the current",
