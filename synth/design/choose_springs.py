@@ -29,7 +29,6 @@ from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import lasts
 from synth.spring.spring_task import SpringLimits
 from synth.swing.leg_model import Leg
-from synth.units import quantity
 
 MOST_CANDIDATES = 48  # candidate springs per joint and damper, nearest rates first
 NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
@@ -105,45 +104,10 @@ class SpringOption:
         number = f"{self.design.count} x " if self.design.count > 1 else ""
         return f"{number}wind {self.design.wire_diameter * 1e3:.4g} mm {self.design.material}"
 
-    def as_json(self) -> dict[str, Any]:
-        """The joint's ``spring`` entry, without the free angle."""
-        if self.row is not None:
-            row = self.row
-            written: dict[str, Any] = {
-                "part": row.part,
-                "vendor": row.vendor,
-                "count": self.count,
-                "rate": quantity(self.rate, "N*m/rad"),
-                "included_angle": quantity(self.included_angle, "deg"),
-                "material": row.material,
-                "hand": row.hand or None,
-                "source": row.source,
-            }
-            if row.derived:
-                written["derived"], written["measure_before_printing"] = list(row.derived), list(row.measure)
-            for name, value, unit in (
-                ("wire_diameter", row.wire_diameter, "mm"),
-                ("outer_diameter", row.outer_diameter, "mm"),
-                ("body_coils", row.body_coils, "1"),
-                ("body_length", row.body_length, "mm"),
-            ):
-                if value is not None:
-                    written[name] = quantity(value, unit)
-            if self.loose is not None:
-                written["test"] = self.loose.as_json()
-            if self.check is not None:
-                written["free_travel"] = quantity(self.check.free_travel, "deg")
-                written["travel"] = quantity(self.check.travel, "deg")
-                written["rate_bending_form"] = quantity(self.check.rate_bending_form, "N*m/rad")
-            return written
-        assert self.design is not None
-        written = {"make": self.design.as_json()}
-        if self.result is not None:
-            written["binding"] = list(self.result.binding)
-            written["nearest"] = [item.as_json() for item in self.result.nearest]
-            written["lasting"] = [item.as_json() for item in self.result.lasting]
-            written["notes"] = list(self.result.notes)
-        return written
+    @property
+    def number(self) -> int:
+        """How many equal springs act in parallel, bought or wound."""
+        return self.count if self.design is None else self.design.count
 
 
 @dataclass(frozen=True)

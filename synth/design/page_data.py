@@ -150,7 +150,6 @@ def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
 
 def _spring(option: SpringOption) -> dict[str, Any]:
     row, made = option.row, option.design
-    count = option.count if made is None else made.count
     if row is not None:
         wire, mean, outer = row.wire_diameter, row.mean_diameter, row.outer_diameter
     else:
@@ -160,7 +159,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
     if wire is not None and mean is not None and mean > wire:
         checked = option.check if made is None else made
         peak = 1.0 if checked is None else checked.peak_moment / checked.largest_moment
-        per_torque = _number(bending_stress(peak / count, wire, mean) * 1e-6)
+        per_torque = _number(bending_stress(peak / option.number, wire, mean) * 1e-6)
     return {
         "part": option.label,
         "vendor": row.vendor if row is not None else "to wind",

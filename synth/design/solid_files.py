@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from synth.design.choose_springs import SpringOption
     from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
-    from synth.design.part_masses import PartMass
+    from synth.design.part_masses import PartMass, Pieces
     from synth.spring.winding_sheet import JointTravel
 
 NOT_FINAL = "Run without --no-cad before you order parts."
@@ -148,11 +148,11 @@ def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
 
 
 def _draw_solids(
-    solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, int]], *, pictures: bool
+    solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, Pieces]], *, pictures: bool
 ) -> tuple[dict[str, Any], bool]:
     """Build, check and write; the record, and whether it is complete (requested pictures were drawn).
 
-    ``known``: weighed masses (kg) by part, and numbers of dampers by joint.
+    ``known``: weighed masses (kg) by part, and numbers of dampers and springs by joint.
     """
     from synth import cad
     from synth.design.solid_work import checked_leg, failures_of, written_leg
