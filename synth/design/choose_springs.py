@@ -181,9 +181,9 @@ def spring_options(
         option, warnings = spring_to_wind(source, rate, lasting=lasting)
         return [option], {}, warnings
     found = spring_candidates(catalogue, choice, rate, source.parts)
-    rows = [(row, 1) for row in found.rows]
     if choice.part is not None:
-        return [_bought(row, source, count, rate) for row, count in rows], found.left_out, []
+        return [_bought(row, source, choice.parallel, rate) for row in found.rows], found.left_out, []
+    rows = [(row, 1) for row in found.rows]
     for count in range(2, choice.parallel + 1):
         rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
     rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))

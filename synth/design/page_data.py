@@ -17,6 +17,7 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
+from synth.design.pasted_lines import damper_value, spring_value, why_unnamed
 from synth.design.response import WantedRelease, WantedResponse
 from synth.files.output import stems
 from synth.parts.rows import DamperRow, TorsionSpringRow
@@ -169,7 +170,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         "outer_mm": None if outer is None else _number(outer * 1e3),
         "stress_per_torque": per_torque,  # MPa per N m, inner fibre, at full travel
         "allowed_mpa": None if made is None else _number(made.allowed_stress * 1e-6),
-        "choice": f"{{part: {row.part}}}" if row is not None else "{make: true}",
+        "choice": spring_value(option),
         **_price(row),
     }
 
@@ -192,7 +193,8 @@ def _damper(option: DamperOption) -> dict[str, Any]:
         "error": _number(math.degrees(option.error)),
         "spring_rate": None if rate is None else _number(rate),
         "outer_mm": None if row is None or row.outer_diameter is None else _number(row.outer_diameter * 1e3),
-        "choice": f"{{part: {row.part}}}" if row is not None else "",
+        "choice": damper_value(option) or "",
+        "unnamed": why_unnamed(option),
         **_price(row),
         **damper_json(option.damper),
     }

@@ -157,14 +157,16 @@ def damper_candidates(
 
     Raises
     ------
-    CannotBeHad : none remains, and the message counts the reasons; or the named part damps one way only.
+    CannotBeHad : none remains, and the message counts the reasons; or the named part damps one way only, and
+        ``parallel`` of it are no pairs.
     """
     if choice.part is not None:
         row = named_damper(catalogue, choice.part)
-        if row.direction not in ("both", "") and choice.parallel < 2:
+        if row.direction not in ("both", "") and choice.parallel % 2:
             raise CannotBeHad(
                 f"{joint}: damper {row.part} ({row.place}) damps one way only, and the leg swings both ways. Write "
-                f"parallel: 2 under select.joints.{joint}.damper for a pair, one per direction, or name another damper"
+                f"parallel: 2 under select.joints.{joint}.damper for a pair, one per direction (4 for two pairs), or "
+                "name another damper"
             )
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
