@@ -18,7 +18,15 @@ from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
-from synth.parts.part_candidates import ANY, count_reasons, no_spring, of_family, spring_candidates, spring_reason
+from synth.parts.part_candidates import (
+    ANY,
+    count_reasons,
+    mirror_of,
+    no_spring,
+    of_family,
+    spring_candidates,
+    spring_reason,
+)
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
 from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
@@ -65,7 +73,7 @@ class SpringOption:
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
     ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
-    its joint is drawn.
+    its joint is drawn; ``mirror``: of two, the part of the other hand, None if no catalogue has it.
     """
 
     rate: float
@@ -84,6 +92,7 @@ class SpringOption:
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
     loose: LooseTest | None = None
+    mirror: TorsionSpringRow | None = None
 
     @property
     def test(self) -> LooseTest | None:
@@ -292,6 +301,7 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         closes=1 if travel.turned_round else -1,
         asked=asked,
         passed=tuple(passed_limits(row, source.catalogue, travel.winding, yields=yields)),
+        mirror=mirror_of(row, source.catalogue.springs, source.parts) if count == 2 else None,
     )
 
 

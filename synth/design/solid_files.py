@@ -86,15 +86,15 @@ def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures:
 
 def _write_requests(design: LegDesign, folder: Path) -> None:
     """A dimensioned drawing of each spring to wind, as drawn in its joint, for a spring maker's quotation."""
+    from synth.design.spring_hands import hands_of
     from synth.files.shown_units import METRIC
     from synth.spring.spring_files import write_request
 
     assert design.drawn is not None
     for option, joint in zip(design.springs.chosen, design.drawn.dimensions.joints, strict=True):
         if option.design is not None:
-            write_request(
-                option.design, METRIC, folder / f"{joint.name}_spring_quotation.dxf", joint_travel(option, joint)
-            )
+            path, travel = folder / f"{joint.name}_spring_quotation.dxf", joint_travel(option, joint)
+            write_request(option.design, METRIC, path, travel, hands_of(option))
 
 
 def joint_travel(option: SpringOption, joint: JointDimensions) -> JointTravel:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from synth.design.choose_springs import SpringOption
+from synth.design.spring_hands import hands_of, is_pair
 from synth.parts.rows import TorsionSpringRow
 from synth.units import quantity
 
 
 def spring_entry(option: SpringOption) -> dict[str, Any]:
     """The entry without the free angle."""
+    hands = list(hands_of(option))
     if option.row is not None:
-        return _bought(option, option.row)
+        return {**_bought(option, option.row), "hands": hands}
     assert option.design is not None
-    written: dict[str, Any] = {"make": option.design.as_json()}
+    written: dict[str, Any] = {"make": option.design.as_json(), "hands": hands}
     if option.result is not None:
         written["binding"] = list(option.result.binding)
         written["nearest"] = [item.as_json() for item in option.result.nearest]
@@ -34,6 +36,8 @@ def _bought(option: SpringOption, row: TorsionSpringRow) -> dict[str, Any]:
         "hand": row.hand or None,
         "source": row.source,
     }
+    if is_pair(option):
+        written["other_hand"] = None if option.mirror is None else option.mirror.part
     if row.derived:
         written["derived"], written["measure_before_printing"] = list(row.derived), list(row.measure)
     for name, value, unit in (
