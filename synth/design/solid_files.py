@@ -219,7 +219,7 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
 def _how_to_test(design: LegDesign) -> list[str]:
     """How to measure the springs' rates, and the rates to expect."""
     tests = [
-        f"{name} {option.count * option.test.rate:.4g} N*m/rad at {option.test.distances[0] * 1e3:.4g} mm "
+        f"{name} {option.number * option.test.rate:.4g} N*m/rad at {option.test.distances[0] * 1e3:.4g} mm "
         f"({option.rate:.4g} in the joint)"
         for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True)
         if option.test is not None

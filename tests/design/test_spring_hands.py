@@ -16,11 +16,12 @@ from synth.cad.joint import spring_seats
 from synth.cad.layout import place
 from synth.design.bom import _spring_lines
 from synth.design.choose_springs import SpringOption, SpringSource, WantedTravel, spring_options
-from synth.design.solid_files import _write_requests
+from synth.design.measured_rate import rate_in_joint
+from synth.design.solid_files import _how_to_test, _write_requests
 from synth.design.spring_entry import spring_entry
 from synth.design.spring_hands import hand_notes, hands_of, is_pair
 from synth.design.spring_warnings import spring_warnings
-from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
+from synth.files.project_options import CadOptions, MeasuredSpring, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import mirror_of
 from synth.parts.rows import TorsionSpringRow
@@ -95,6 +96,19 @@ def test_quotation_bill_page_and_note_of_springs_to_wind_ask_for_the_same_hands(
     assert len(notes) == (count > 1)
     assert all(("wind one right-hand and one left-hand" in note) is pair for note in notes)
     assert all(("All are right-hand" in note) is not pair for note in notes)
+
+
+def test_the_rate_to_expect_and_a_measured_one_are_of_all_springs_to_wind(catalogue: Catalogue) -> None:
+    """The rate of one was to be expected of two, and the rate measured of two was taken for that of one."""
+    option = wound(catalogue, 2)
+    (said,) = _how_to_test(
+        SimpleNamespace(  # type: ignore[arg-type]
+            built=SimpleNamespace(joint_names=("knee",)), springs=SimpleNamespace(chosen=(option,))
+        )
+    )
+    assert option.test is not None
+    assert f"together: knee {2 * option.test.rate:.4g} N*m/rad at " in said
+    assert rate_in_joint(MeasuredSpring(rate=2 * option.test.rate), option) == pytest.approx(option.rate)
 
 
 def row_of(catalogue: Catalogue, **other: object) -> TorsionSpringRow:
