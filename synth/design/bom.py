@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
+from synth.design.leg_reach import cut_words
 from synth.design.spring_hands import hands_of, is_pair
 from synth.files.output import write_csv
 from synth.parts.rows import TorsionSpringRow
@@ -22,6 +23,7 @@ from synth.spring.hand_words import hand_words
 from synth.spring.spring_result import WIRE_ALLOWANCE
 
 if TYPE_CHECKING:
+    from synth.cad import JointDimensions
     from synth.cad.standard_part import CutPart, StandardPart
 
 LISTED = ("spring", "damper")  # families that are listed as bought or wound already
@@ -104,18 +106,20 @@ def write_bom(
 
 def bought_or_wound(design: LegDesign) -> list[BomLine]:
     """Springs and dampers as lines, joint by joint."""
+    chosen = zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True)
+    drawn = (None,) * len(design.built.joints) if design.drawn is None else design.drawn.dimensions.joints
     return [
         line
-        for joint, spring, damper in zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True)
-        for line in (*_spring_lines(joint.name, spring), _damper_line(joint.name, damper))
+        for (joint, spring, damper), dimensions in zip(chosen, drawn, strict=True)
+        for line in (*_spring_lines(joint.name, spring, dimensions), _damper_line(joint.name, damper))
     ]
 
 
-def _spring_lines(joint: str, option: SpringOption) -> list[BomLine]:
+def _spring_lines(joint: str, option: SpringOption, drawn: JointDimensions | None = None) -> list[BomLine]:
     """Springs to buy, of a pair a line for each hand; or lengths of wire with the allowance for winding."""
     hands = f", {hand_words(hands_of(option))}" if option.number > 1 else ""
     if option.row is not None:
-        return _bought_lines(joint, option, option.row, hands)
+        return _bought_lines(joint, option, option.row, hands, drawn)
     design = option.design
     assert design is not None
     item = (
@@ -128,10 +132,13 @@ def _spring_lines(joint: str, option: SpringOption) -> list[BomLine]:
                     source=design.strength_source, family="spring")]  # fmt: skip
 
 
-def _bought_lines(joint: str, option: SpringOption, row: TorsionSpringRow, hands: str) -> list[BomLine]:
+def _bought_lines(
+    joint: str, option: SpringOption, row: TorsionSpringRow, hands: str, drawn: JointDimensions | None
+) -> list[BomLine]:
     """Springs of one part, or of a pair the part and that of the other hand, by its number if a catalogue has it."""
 
     def line(of: TorsionSpringRow, more: str, quantity: int, place: int | None) -> BomLine:
+        more += cut_words(of.leg_length, drawn)
         item = f"torsion spring, {_rates(option.rate / option.count, of.rate)}{more}{_to_measure(of.measure)}"
         return BomLine(joint, item, vendor=of.vendor, part=of.part, quantity=quantity, price=of.price,
                        source=of.source, family="spring", place=place)  # fmt: skip

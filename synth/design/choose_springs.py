@@ -239,7 +239,9 @@ def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, r
         if len(holding) == most:
             break
         looked += 1
-        reason = next(reasons_not_drawn(row, source.turned.winding, source.cad), None) if source.drawn else None
+        turned = source.turned
+        against_it = reasons_not_drawn(row, turned.winding, source.cad, turned.opening) if source.drawn else iter(())
+        reason = next(against_it, None)
         if reason is None:
             option = _bought(row, source, count, rate)
             if not option.passed:

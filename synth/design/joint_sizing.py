@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.design.damper_drawing import damper_of
+from synth.design.drawable_springs import drawn_pitch
 from synth.design.drawn_travel import drawn_range, stops_of, turned_sentences, yields_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.design.spring_hands import hand_notes, hands_of, is_pair
@@ -192,7 +193,8 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         stiff = pi * row.mean_diameter * row.body_coils * row.rate * option.count / option.rate * 1e3
         return cad.SpringDimensions(
             row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(option.included_angle),
-            stiff_length=stiff if option.rate != row.rate * option.count else None, hand=hands_of(option)[0],
+            pitch=drawn_pitch(row), stiff_length=stiff if option.rate != row.rate * option.count else None,
+            hand=hands_of(option)[0],
         )  # fmt: skip
     made = option.design
     assert made is not None

@@ -45,6 +45,7 @@ def _bought(option: SpringOption, row: TorsionSpringRow) -> dict[str, Any]:
         ("outer_diameter", row.outer_diameter, "mm"),
         ("body_coils", row.body_coils, "1"),
         ("body_length", row.body_length, "mm"),
+        ("leg_length", row.leg_length, "mm"),
     ):
         if value is not None:
             written[name] = quantity(value, unit)

@@ -36,6 +36,7 @@ def lines(spring: SpringOption, damper: DamperOption) -> list[BomLine]:
         built=SimpleNamespace(joints=(SimpleNamespace(name="knee"),)),
         springs=SimpleNamespace(chosen=(spring,)),
         dampers=SimpleNamespace(chosen=(damper,)),
+        drawn=None,
     )
     return bought_or_wound(design)
 
