@@ -50,7 +50,7 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
          "a drop of retaining compound holds them", ("bearing",), 0.0, 0.6),
         ("screw the damper's bracket to ear A from between the ears", ("damper_bracket", "bracket_screw"), -1.0, 0.0),
         ("lay the spring into the lower half's pocket and clamp its lower arm under the cap"
-         + (", the second one on the other side" if pair else ""),
+         + (_second_spring(joint) if pair else ""),
          ("spring", "lower_cap", "lower_screw"), 0.5, 1.7),
         ("clamp the spring's upper arm under the cap of the seat plate" + (", of both plates" if pair else ""),
          ("seat", "upper_cap", "upper_screw"), 1.1, 1.0),
@@ -80,6 +80,12 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
     upper = AssemblyStep("set the heat-set inserts into the holes of all printed parts with a soldering iron",
                  tuple(n for n, ending in owner.items() if not ending), 0.0, 0.0)  # fmt: skip
     return (upper, *steps)
+
+
+def _second_spring(joint: BuiltJoint) -> str:
+    """On which side of the floor each hand of a pair lies."""
+    first, second = (joint.seat(spring)[0].spring.hand for spring in joint.springs)
+    return f", the {first}-hand one on ear B's side, the {second}-hand one on the other side"
 
 
 def _is_named(name: str, prefix: str, ending: str) -> bool:

@@ -22,6 +22,7 @@ class SpringRequest:
     """The drawing's data; lengths mm, angles deg.
 
     ``included_angle`` between tangent arms of ``arm`` length, ``coils`` of the body; ``lines`` are the request's text.
+    ``mirrored``: a second spring, the mirror image of the drawn one, is asked for too.
     """
 
     wire: float
@@ -32,6 +33,7 @@ class SpringRequest:
     arms: tuple[float, float]
     hand: str
     lines: Sequence[str]
+    mirrored: bool = False
 
 
 def write_spring_request(request: SpringRequest, path: Path) -> None:
@@ -92,9 +94,8 @@ def _from_the_side(space: Any, request: SpringRequest, left: float) -> None:
             space.add_line((x, -outer), (x + slant / 2, outer), dxfattribs={"layer": "PART"})
     space.add_line((left - TEXT, 0.0), (left + request.body + TEXT, 0.0), dxfattribs={"layer": "CENTRE"})
     _dimension(space, (left, -outer), (left + request.body, -outer), -3.0 * TEXT, f"{request.body:.2f} body, free")
-    _text(
-        space, (left, outer + 2 * TEXT), f"wire %%c{request.wire:.3f}, {request.coils:.3f} coils, {request.hand}-hand"
-    )
+    hand = f"{request.hand}-hand" + (" as drawn, and one mirrored" if request.mirrored else "")
+    _text(space, (left, outer + 2 * TEXT), f"wire %%c{request.wire:.3f}, {request.coils:.3f} coils, {hand}")
 
 
 def _words(space: Any, request: SpringRequest, left: float) -> None:

@@ -16,13 +16,21 @@ _MEASURED = (
 )  # fmt: skip
 
 
-def winding_of(make: Json) -> Json:
-    """Steps, quantities to measure with tolerances, torque against angle; empty if the design has no mandrel."""
+def winding_of(make: Json, *, mirrored: bool = False) -> Json:
+    """Steps, quantities to measure with tolerances, torque against angle; empty if the design has no mandrel.
+
+    ``mirrored``: a second spring, the mirror image of this one, is to be wound too.
+    """
     mandrel, plus = mapping(make, "mandrel"), mapping(make, "tolerance")
     if not mandrel or not plus:
         return {}
+    hand, arms = str(make.get("hand") or "right"), str(make.get("leg_convention") or "tangent")
+    closing = closing_words(hand, arms)
+    if mirrored:
+        other = "left" if hand == "right" else "right"
+        closing = f"Two springs, one of each hand, mirror images. {closing}. The other, {closing_words(other, arms)}"
     return {
-        "steps": _steps(make, mandrel, plus),
+        "steps": _steps(make, mandrel, plus, mirrored=mirrored),
         "measured": [
             {"label": label, "value": make.get(key), "plus": plus.get(tolerance)} for key, label, tolerance in _MEASURED
         ],
@@ -30,8 +38,8 @@ def winding_of(make: Json) -> Json:
         "test": mapping(make, "test"),
         "pins": _distances(make),
         "in_joint": make.get("rate") if is_clamped(make) else None,
-        "closing": closing_words(str(make.get("hand") or "right"), str(make.get("leg_convention") or "tangent")),
-        "hand": str(make.get("hand") or "right"),
+        "closing": closing,
+        "hand": hand,
         "rate_plus": plus.get("rate"),
     }
 
@@ -48,9 +56,11 @@ def closing_words(hand: str, arms: str = "tangent") -> str:
     )
 
 
-def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
+def _steps(make: Json, mandrel: Json, plus: Json, *, mirrored: bool) -> list[str]:
     """What to do, in order."""
-    wire, hand = str(make.get("material") or "wire"), str(make.get("hand") or "right")
+    wire, hand = str(make.get("material") or "wire"), f"{make.get('hand') or 'right'}-hand"
+    if mirrored:
+        hand = "the one right-hand, the other left-hand,"
     length = in_si(make.get("cut_length"))
     legs = " and ".join(text(leg) for leg in sequence(make, "leg_lengths")) or "as needed"
     steps = []
@@ -59,7 +69,7 @@ def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
         cut = f"{length * 1e3:.0f} mm" if in_millimetres(make) else text(make.get("cut_length"))
         steps.append(f"Cut {cut} of {wire}, {text(make.get('wire_diameter'))}; {spring}.")
     steps.append(
-        f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and {_coils_apart(make)}, on a mandrel of "
+        f"Wind {text(mandrel.get('turns'))} turns, {hand} and {_coils_apart(make)}, on a mandrel of "
         f"{text(mandrel.get('diameter'))}: after spring-back that leaves {text(make.get('body_coils'))} coils of "
         f"{text(make.get('inside_diameter'))} inside. Spring-back differs from wire to wire: wind a trial coil first "
         "and correct the mandrel by the coil's error."

@@ -160,11 +160,12 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     group.appendChild(path);
   }
   function tellLines() {
-    const found = [], tuned = [];
+    const found = [], tuned = [], unnamed = [];
     joints.forEach(function (joint, j) {
       const state = states[j], options = page.joints[joint.name], parts = [];
       if (state.spring) parts.push(`spring: ${options.springs[state.spring].choice}`);
       if (state.damper && options.dampers[state.damper].choice) parts.push(`damper: ${options.dampers[state.damper].choice}`);
+      if (state.damper && !options.dampers[state.damper].choice) unnamed.push(`# ${joint.name}: no line names the damper ${options.dampers[state.damper].part}: ${options.dampers[state.damper].unnamed}`);
       if (parts.length) found.push(`    ${joint.name}: {${parts.join(", ")}}`);
       const base = state.spring ? options.springs[state.spring].rate : state.damper && options.dampers[state.damper].spring_rate || options.springs[0].rate;
       if (Math.abs(state.rate / base - 1) > 1e-6 || state.free !== null || state.strength !== 1) {
@@ -174,6 +175,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     });
     const words = [];
     if (found.length) words.push("select:", "  joints:", ...found);
+    words.push(...unnamed);
     if (tuned.length) words.push("# tuned by hand; for measured parts write it under measured:", ...tuned);
     code.textContent = words.length ? words.join("\n") : "# as chosen: nothing to change in the project";
   }

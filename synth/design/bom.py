@@ -15,10 +15,15 @@ from typing import TYPE_CHECKING, Any
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
+from synth.design.leg_reach import cut_words
+from synth.design.spring_hands import hands_of, is_pair
 from synth.files.output import write_csv
+from synth.parts.rows import TorsionSpringRow
+from synth.spring.hand_words import hand_words
 from synth.spring.spring_result import WIRE_ALLOWANCE
 
 if TYPE_CHECKING:
+    from synth.cad import JointDimensions
     from synth.cad.standard_part import CutPart, StandardPart
 
 LISTED = ("spring", "damper")  # families that are listed as bought or wound already
@@ -32,8 +37,8 @@ PRINT_RATE = 38.5e3 / (3 + 4 / 60)
 class BomLine:
     """A line of the bill; ``mass`` (g) and ``print_time`` (h) are for the whole line, None where not known.
 
-    ``length`` : mm, with as many digits as it is to be ordered with. ``family`` : of a spring's or damper's line.
-    ``drawn`` : names of the drawn parts that it is for.
+    ``length`` : mm, with as many digits as it is to be ordered with. ``family`` : of a spring's or damper's line;
+    ``place`` : which of the joint's drawn ones it is for, None: all. ``drawn`` : their names.
     """
 
     joint: str
@@ -50,6 +55,7 @@ class BomLine:
     print_time: float | None = None
     source: str = "drawn here"
     family: str = ""
+    place: int | None = None
     drawn: tuple[str, ...] = ()
 
     def cells(self) -> dict[str, str]:
@@ -100,20 +106,20 @@ def write_bom(
 
 def bought_or_wound(design: LegDesign) -> list[BomLine]:
     """Springs and dampers as lines, joint by joint."""
+    chosen = zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True)
+    drawn = (None,) * len(design.built.joints) if design.drawn is None else design.drawn.dimensions.joints
     return [
         line
-        for joint, spring, damper in zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True)
-        for line in (_spring_line(joint.name, spring), _damper_line(joint.name, damper))
+        for (joint, spring, damper), dimensions in zip(chosen, drawn, strict=True)
+        for line in (*_spring_lines(joint.name, spring, dimensions), _damper_line(joint.name, damper))
     ]
 
 
-def _spring_line(joint: str, option: SpringOption) -> BomLine:
-    """A spring to buy, or a length of wire with the allowance for winding."""
+def _spring_lines(joint: str, option: SpringOption, drawn: JointDimensions | None = None) -> list[BomLine]:
+    """Springs to buy, of a pair a line for each hand; or lengths of wire with the allowance for winding."""
+    hands = f", {hand_words(hands_of(option))}" if option.number > 1 else ""
     if option.row is not None:
-        row = option.row
-        item = f"torsion spring, {_rates(option.rate / option.count, row.rate)}{_to_measure(row.measure)}"
-        return BomLine(joint, item, vendor=row.vendor, part=row.part, quantity=option.count, price=row.price,
-                       source=row.source, family="spring")  # fmt: skip
+        return _bought_lines(joint, option, option.row, hands, drawn)
     design = option.design
     assert design is not None
     item = (
@@ -121,9 +127,30 @@ def _spring_line(joint: str, option: SpringOption) -> BomLine:
         f"{design.wire_length * 1e3:.0f} mm a spring: wind {design.body_coils:.4g} coils on "
         f"{design.mean_diameter * 1e3:.4g} mm mean diameter; length with {WIRE_ALLOWANCE * 1e3:.0f} mm to hold and trim"
     )
-    return BomLine(joint, item, "wind", size=f"{design.wire_diameter * 1e3:.4g} mm",
-                   length=f"{design.cut_length * 1e3:.0f}", vendor="any", quantity=design.count,
-                   source=design.strength_source, family="spring")  # fmt: skip
+    return [BomLine(joint, item + hands, "wind", size=f"{design.wire_diameter * 1e3:.4g} mm",
+                    length=f"{design.cut_length * 1e3:.0f}", vendor="any", quantity=design.count,
+                    source=design.strength_source, family="spring")]  # fmt: skip
+
+
+def _bought_lines(
+    joint: str, option: SpringOption, row: TorsionSpringRow, hands: str, drawn: JointDimensions | None
+) -> list[BomLine]:
+    """Springs of one part, or of a pair the part and that of the other hand, by its number if a catalogue has it."""
+
+    def line(of: TorsionSpringRow, more: str, quantity: int, place: int | None) -> BomLine:
+        more += cut_words(of.leg_length, drawn)
+        item = f"torsion spring, {_rates(option.rate / option.count, of.rate)}{more}{_to_measure(of.measure)}"
+        return BomLine(joint, item, vendor=of.vendor, part=of.part, quantity=quantity, price=of.price,
+                       source=of.source, family="spring", place=place)  # fmt: skip
+
+    if not is_pair(option):
+        return [line(row, hands if row.hand else "", option.count, None)]
+    first, second = (f"{hand}-hand" for hand in hands_of(option)) if row.hand else ("one hand", "the other hand")
+    lines = [line(row, f", {first}", 1, 0)]
+    if option.mirror is not None:
+        return [*lines, line(option.mirror, f", {second}", 1, 1)]
+    other = line(row, f", {second}: the mirror image of {row.part}, in no catalogue; ask for it", 1, 1)
+    return [*lines, replace(other, part="", price="")]
 
 
 def _rates(held: float, sold: float | None) -> str:
@@ -154,10 +181,10 @@ def _to_measure(what: Sequence[str]) -> str:
 def _with_drawn(line: BomLine, parts: Sequence[Mapping[str, Any]]) -> BomLine:
     """A spring's or damper's line with the mass of the drawn part, where it is known: of no damper's envelope."""
     drawn = [part for part in parts if part["joint"] == line.joint and part["family"] == line.family]
+    drawn = drawn if line.place is None else drawn[line.place : line.place + 1]
     masses = [part["mass"]["value"] for part in drawn if part["mass"]]
-    hands = ", one of each hand" if line.family == "spring" and len(masses) == 2 else ""
     mass = masses[0] * line.quantity if masses else None
-    return replace(line, item=line.item + hands, mass=mass, drawn=tuple(str(part["part"]) for part in drawn))
+    return replace(line, mass=mass, drawn=tuple(str(part["part"]) for part in drawn))
 
 
 def _lines(part: Mapping[str, Any], order: StandardPart | CutPart | None) -> list[BomLine]:

@@ -191,14 +191,15 @@ def _arrangements(
 ) -> list[DamperOption]:
     """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad).
 
-    A damper named by part that turns too little in all of them is kept, for ``travel_warnings`` to tell.
+    Of a damper named by part there are as many as ``parallel`` says. One that turns too little in all arrangements is
+    kept, for ``travel_warnings`` to tell.
     """
     made = []
     wanted = choice.travel if choice.travel is not None else travel
     for option in options:
         allowed = arrangements(option.row, choice.parallel, choice.ratios, choice.direction)
         if choice.part is not None and option.row is not None:
-            row = option.row
+            row, allowed = option.row, [each for each in allowed if each.pieces == choice.parallel]
             allowed = [each for each in allowed if row.allows_travel(wanted * each.ratio) is not False] or allowed
         for arrangement in allowed:
             turned = replace(choice, travel=wanted * arrangement.ratio, ratios=(1.0,))

@@ -18,7 +18,15 @@ from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
-from synth.parts.part_candidates import ANY, count_reasons, no_spring, of_family, spring_candidates, spring_reason
+from synth.parts.part_candidates import (
+    ANY,
+    count_reasons,
+    mirror_of,
+    no_spring,
+    of_family,
+    spring_candidates,
+    spring_reason,
+)
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
 from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
@@ -29,7 +37,6 @@ from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import lasts
 from synth.spring.spring_task import SpringLimits
 from synth.swing.leg_model import Leg
-from synth.units import quantity
 
 MOST_CANDIDATES = 48  # candidate springs per joint and damper, nearest rates first
 NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
@@ -66,7 +73,7 @@ class SpringOption:
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
     ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
-    its joint is drawn.
+    its joint is drawn; ``mirror``: of two, the part of the other hand, None if no catalogue has it.
     """
 
     rate: float
@@ -85,6 +92,7 @@ class SpringOption:
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
     loose: LooseTest | None = None
+    mirror: TorsionSpringRow | None = None
 
     @property
     def test(self) -> LooseTest | None:
@@ -105,45 +113,10 @@ class SpringOption:
         number = f"{self.design.count} x " if self.design.count > 1 else ""
         return f"{number}wind {self.design.wire_diameter * 1e3:.4g} mm {self.design.material}"
 
-    def as_json(self) -> dict[str, Any]:
-        """The joint's ``spring`` entry, without the free angle."""
-        if self.row is not None:
-            row = self.row
-            written: dict[str, Any] = {
-                "part": row.part,
-                "vendor": row.vendor,
-                "count": self.count,
-                "rate": quantity(self.rate, "N*m/rad"),
-                "included_angle": quantity(self.included_angle, "deg"),
-                "material": row.material,
-                "hand": row.hand or None,
-                "source": row.source,
-            }
-            if row.derived:
-                written["derived"], written["measure_before_printing"] = list(row.derived), list(row.measure)
-            for name, value, unit in (
-                ("wire_diameter", row.wire_diameter, "mm"),
-                ("outer_diameter", row.outer_diameter, "mm"),
-                ("body_coils", row.body_coils, "1"),
-                ("body_length", row.body_length, "mm"),
-            ):
-                if value is not None:
-                    written[name] = quantity(value, unit)
-            if self.loose is not None:
-                written["test"] = self.loose.as_json()
-            if self.check is not None:
-                written["free_travel"] = quantity(self.check.free_travel, "deg")
-                written["travel"] = quantity(self.check.travel, "deg")
-                written["rate_bending_form"] = quantity(self.check.rate_bending_form, "N*m/rad")
-            return written
-        assert self.design is not None
-        written = {"make": self.design.as_json()}
-        if self.result is not None:
-            written["binding"] = list(self.result.binding)
-            written["nearest"] = [item.as_json() for item in self.result.nearest]
-            written["lasting"] = [item.as_json() for item in self.result.lasting]
-            written["notes"] = list(self.result.notes)
-        return written
+    @property
+    def number(self) -> int:
+        """How many equal springs act in parallel, bought or wound."""
+        return self.count if self.design is None else self.design.count
 
 
 @dataclass(frozen=True)
@@ -217,9 +190,9 @@ def spring_options(
         option, warnings = spring_to_wind(source, rate, lasting=lasting)
         return [option], {}, warnings
     found = spring_candidates(catalogue, choice, rate, source.parts)
-    rows = [(row, 1) for row in found.rows]
     if choice.part is not None:
-        return [_bought(row, source, count, rate) for row, count in rows], found.left_out, []
+        return [_bought(row, source, choice.parallel, rate) for row in found.rows], found.left_out, []
+    rows = [(row, 1) for row in found.rows]
     for count in range(2, choice.parallel + 1):
         rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
     rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
@@ -266,7 +239,9 @@ def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, r
         if len(holding) == most:
             break
         looked += 1
-        reason = next(reasons_not_drawn(row, source.turned.winding, source.cad), None) if source.drawn else None
+        turned = source.turned
+        against_it = reasons_not_drawn(row, turned.winding, source.cad, turned.opening) if source.drawn else iter(())
+        reason = next(against_it, None)
         if reason is None:
             option = _bought(row, source, count, rate)
             if not option.passed:
@@ -328,6 +303,7 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         closes=1 if travel.turned_round else -1,
         asked=asked,
         passed=tuple(passed_limits(row, source.catalogue, travel.winding, yields=yields)),
+        mirror=mirror_of(row, source.catalogue.springs, source.parts) if count == 2 else None,
     )
 
 

@@ -7,9 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import pi, sqrt, tau
+from math import degrees, pi, sqrt, tau
+from typing import TYPE_CHECKING
 
 from synth.files.project_options import CadOptions
+
+if TYPE_CHECKING:
+    from synth.cad import SpringDimensions
 
 LEAST_COILS = 0.1  # of a spring's coils: the fewest that remain at the largest opening considered
 
@@ -27,13 +31,29 @@ def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOpt
 @lru_cache(maxsize=1024)
 def _half_seat(wire: float) -> float:
     """Half of the width of an arm's seat, m, which depends on the wire only."""
-    from synth.cad import JointDimensions, SpringDimensions
+    from synth.cad import JointDimensions
     from synth.cad.arm_layout import seat_size
+
+    return seat_size(JointDimensions("spring", _any_coil(wire), 0.0, 0.0, range=(-1.0, 1.0))).half_width * 1e-3
+
+
+def _any_coil(wire: float) -> SpringDimensions:
+    """A spring of this wire (m); an arm's seat depends on the wire only."""
+    from synth.cad import SpringDimensions
     from synth.cad.dimensions import coil_fraction
 
     angle = 180.0
-    spring = SpringDimensions(wire * 1e3, 10.0 * wire * 1e3, 3.0 + coil_fraction(angle), angle)
-    return seat_size(JointDimensions("spring", spring, 0.0, 0.0, range=(-1.0, 1.0))).half_width * 1e-3
+    return SpringDimensions(wire * 1e3, 10.0 * wire * 1e3, 3.0 + coil_fraction(angle), angle)
+
+
+def seat_length(wire: float, torque: float) -> float:
+    """Length of an arm's seat, m, that holds ``torque`` N m of its spring of this wire (m)."""
+    from synth.cad import JointDimensions, LoadDimensions
+    from synth.cad.arm_layout import seat_size
+
+    loads, turned = LoadDimensions(spring_rate=torque), degrees(1.0)  # N m/rad over a radian
+    drawn = JointDimensions("spring", _any_coil(wire), 0.0, 0.0, stops=(-turned, turned), loads=loads)
+    return seat_size(drawn).length * 1e-3
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import degrees, radians
 
+from synth.cad.dimensions import CLOSE_WOUND_PITCH
+from synth.design.clamped_arms import free_arm, seat_length
 from synth.files.project_options import CadOptions
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.space import wound_inside_diameter
@@ -15,6 +17,7 @@ from synth.spring.spring_task import SpringLimits
 
 STOP_ROOM = radians(3.5)  # beyond the travel; the joint's hard stops are there, and the spring must bear it
 ROUNDING = 1.0 - 1e-6  # of converted units
+ESTIMATED = 1e-3  # m, error of the estimated reach of an arm: what is shorter by less is judged as drawn
 
 
 def arbor_of(cad: CadOptions) -> float:
@@ -22,10 +25,29 @@ def arbor_of(cad: CadOptions) -> float:
     return cad.shaft_diameter + 2.0 * cad.clearance
 
 
-def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions) -> Iterator[str]:
+def drawn_pitch(row: TorsionSpringRow) -> float | None:
+    """Axial advance (mm) of each turn of a body as long as stated; None: close wound, or its length is not stated."""
+    if row.body_length is None or row.wire_diameter is None or row.body_coils is None:
+        return None
+    pitch = (row.body_length - row.wire_diameter) / row.body_coils
+    return pitch * 1e3 if pitch > CLOSE_WOUND_PITCH * row.wire_diameter else None
+
+
+def least_leg(row: TorsionSpringRow, travel: float, opening: float, cad: CadOptions) -> float | None:
+    """Length (m) of a leg that reaches through its cap, estimated before the joint is drawn; None: sizes are unknown.
+
+    ``travel``, ``opening`` : rad from the free angle that wind it and that open it.
+    """
+    if row.wire_diameter is None or row.mean_diameter is None or row.body_coils is None or row.rate is None:
+        return None
+    free = free_arm(row.wire_diameter, row.mean_diameter, row.body_coils, opening, cad)
+    return free + seat_length(row.wire_diameter, row.rate * (travel + STOP_ROOM))
+
+
+def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions, opening: float = 0.0) -> Iterator[str]:
     """Why the joint cannot be drawn with a bought spring that it winds by ``travel`` rad from its free angle.
 
-    The same text for all springs of a joint, so that they can be counted.
+    The same text for all springs of a joint, so that they can be counted. ``opening`` : rad, by which it opens it.
     """
     from synth.cad import SpringDimensions
 
@@ -43,8 +65,11 @@ def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions) -> 
         yield f"the coil would close on {shaft}"
     if row.max_arbor_diameter is not None and row.max_arbor_diameter < cad.shaft_diameter * ROUNDING:
         yield f"its vendor's max_arbor_diameter is below {shaft}"
+    needed = least_leg(row, travel, opening, cad)
+    if row.leg_length is not None and needed is not None and row.leg_length < needed - ESTIMATED:
+        yield "its legs end before the caps that would clamp them"
     drawn = SpringDimensions(
-        row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(row.included_angle)
+        row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(row.included_angle), drawn_pitch(row)
     )
     for problem in drawn.problems():
         yield f"cannot be drawn: {problem.dimension.replace('_', ' ')} out of range"

@@ -18,6 +18,7 @@ from synth.design.choose_springs import SpringOption
 from synth.design.drawn_travel import well_seated
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
+from synth.design.leg_reach import short_legs
 from synth.design.measured_forecast import with_measured_forecast
 from synth.design.measured_rate import rate_in_joint
 from synth.parts.catalogs import Catalogue
@@ -71,7 +72,9 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
         if change < SETTLED:
             break
     solids = dimensions_of(design, arms)
-    solids = replace(solids, notes=(*solids.notes, *_worse_as_drawn(design)))
+    drawn = zip(design.built.joint_names, design.springs.chosen, solids.dimensions.joints, strict=True)
+    short = [text for each in drawn for text in short_legs(*each)]
+    solids = replace(solids, notes=(*solids.notes, *_worse_as_drawn(design), *short))
     return replace(design, drawn=solids, built=with_stops(design.built, solids.dimensions.joints))
 
 

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.design.damper_drawing import damper_of
+from synth.design.drawable_springs import drawn_pitch
 from synth.design.drawn_travel import drawn_range, stops_of, turned_sentences, yields_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
+from synth.design.spring_hands import hand_notes, hands_of, is_pair
 from synth.errors import Problem, UserError
 from synth.parts.part_candidates import MEASURE_IT
 from synth.remarks import noted
@@ -71,6 +73,8 @@ def _joint(
     yields = yields_of(design, j)
     travel, stops = stops_of(design, j, drawn_range(design, j, rest), yields, notes)
     notes += turned_sentences(design, j)
+    option = design.springs.chosen[j]
+    notes += hand_notes(joint.name, option)
     dimensions = cad.JointDimensions(
         name=joint.name,
         spring=replace(_spring(design, j, notes), free_arm=arm),
@@ -88,8 +92,8 @@ def _joint(
         wall=options.wall * 1e3,
         loads=cad.LoadDimensions(joint.spring.rate, _damper_torque(joint, fastest)),
         mount=cad.MountDimensions() if options.mount and j == 0 else None,
-        springs=2 if _count(design, j, notes) == 2 else 1,
-        closes=design.springs.chosen[j].closes,
+        springs=2 if is_pair(option) else 1,
+        closes=option.closes,
     )
     if not dimensions.rests_free:
         notes.append(_out_of_reach(dimensions))
@@ -182,7 +186,6 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
                 "choose another spring, or leave the solids out with --no-cad"
             )
             raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
-        hand = row.hand or "right"
         if not row.hand:
             notes.append(noted(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand"))
         assert row.rate is not None
@@ -190,22 +193,12 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         stiff = pi * row.mean_diameter * row.body_coils * row.rate * option.count / option.rate * 1e3
         return cad.SpringDimensions(
             row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(option.included_angle),
-            stiff_length=stiff if option.rate != row.rate * option.count else None, hand=hand,
+            pitch=drawn_pitch(row), stiff_length=stiff if option.rate != row.rate * option.count else None,
+            hand=hands_of(option)[0],
         )  # fmt: skip
     made = option.design
     assert made is not None
     return cad.SpringDimensions(
         made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle),
-        stiff_length=pi * made.mean_diameter * made.active_coils * 1e3,
+        stiff_length=pi * made.mean_diameter * made.active_coils * 1e3, hand=hands_of(option)[0],
     )  # fmt: skip
-
-
-def _count(design: LegDesign, j: int, notes: list[str]) -> int:
-    """Number of equal springs of the joint; consequences are added to ``notes``."""
-    option, name = design.springs.chosen[j], design.built.joint_names[j]
-    count = option.count if option.design is None else option.design.count
-    if count == 2:
-        notes.append(f"{name}: two springs, drawn as a mirrored pair: order or wind one right-hand and one left-hand")
-    elif count > 2:
-        notes.append(noted(f"{name}: {count} springs act in parallel; one is drawn, and the pocket is for one"))
-    return count

@@ -29,7 +29,7 @@ from synth.design.leg_design import (
     with_report_figures,
 )
 from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
-from synth.design.part_masses import PartMass, unknown_parts
+from synth.design.part_masses import PartMass, Pieces, unknown_parts
 from synth.design.solid_work import joint_masses
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
@@ -132,7 +132,7 @@ class JointWeights:
     def __init__(self, project: LegProject) -> None:
         self.project = project
         self._known: dict[str, tuple[PartMass, ...]] = {}
-        self._last: tuple[LegDimensions, Mapping[str, int]] | None = None
+        self._last: tuple[LegDimensions, Mapping[str, Pieces]] | None = None
 
     def on_links(self, design: LegDesign) -> Leg:
         """The project's target with the drawn parts of a design on its links."""
@@ -158,7 +158,7 @@ class JointWeights:
             dimensions = self._last[0]
         return links_of(design, self._masses(dimensions, pieces))
 
-    def _masses(self, dimensions: LegDimensions, pieces: Mapping[str, int]) -> tuple[PartMass, ...]:
+    def _masses(self, dimensions: LegDimensions, pieces: Mapping[str, Pieces]) -> tuple[PartMass, ...]:
         key = repr((dimensions, sorted(pieces.items())))
         if key not in self._known:
             self._known[key] = joint_masses(dimensions, self.project.cad.masses, pieces)
@@ -192,11 +192,12 @@ def same_but_for(one: Any, other: Any, off: float) -> bool:
     return bool(one == other)
 
 
-def pieces_of(design: LegDesign) -> dict[str, int]:
-    """Number of dampers of each joint."""
+def pieces_of(design: LegDesign) -> dict[str, Pieces]:
+    """Number of dampers and springs of each joint."""
+    chosen = zip(design.dampers.chosen, design.springs.chosen, strict=True)
     return {
-        joint.name: option.arrangement.pieces
-        for joint, option in zip(design.built.joints, design.dampers.chosen, strict=True)
+        name: Pieces(damper.arrangement.pieces, spring.number)
+        for name, (damper, spring) in zip(design.built.joint_names, chosen, strict=True)
     }
 
 

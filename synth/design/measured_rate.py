@@ -22,7 +22,7 @@ def rate_in_joint(measured: MeasuredSpring, option: SpringOption) -> float:
     assert measured.rate is not None
     if measured.rate_held == "joint":
         return measured.rate
-    return measured.rate * option.rate / (option.count * _loose_rate(option, measured.rate_distance))
+    return measured.rate * option.rate / (option.number * _loose_rate(option, measured.rate_distance))
 
 
 def _loose_rate(option: SpringOption, distance: float | None) -> float:

@@ -17,6 +17,7 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
+from synth.design.pasted_lines import damper_value, spring_value, why_unnamed
 from synth.design.response import WantedRelease, WantedResponse
 from synth.files.output import stems
 from synth.parts.rows import DamperRow, TorsionSpringRow
@@ -150,7 +151,6 @@ def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
 
 def _spring(option: SpringOption) -> dict[str, Any]:
     row, made = option.row, option.design
-    count = option.count if made is None else made.count
     if row is not None:
         wire, mean, outer = row.wire_diameter, row.mean_diameter, row.outer_diameter
     else:
@@ -160,7 +160,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
     if wire is not None and mean is not None and mean > wire:
         checked = option.check if made is None else made
         peak = 1.0 if checked is None else checked.peak_moment / checked.largest_moment
-        per_torque = _number(bending_stress(peak / count, wire, mean) * 1e-6)
+        per_torque = _number(bending_stress(peak / option.number, wire, mean) * 1e-6)
     return {
         "part": option.label,
         "vendor": row.vendor if row is not None else "to wind",
@@ -170,7 +170,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         "outer_mm": None if outer is None else _number(outer * 1e3),
         "stress_per_torque": per_torque,  # MPa per N m, inner fibre, at full travel
         "allowed_mpa": None if made is None else _number(made.allowed_stress * 1e-6),
-        "choice": f"{{part: {row.part}}}" if row is not None else "{make: true}",
+        "choice": spring_value(option),
         **_price(row),
     }
 
@@ -193,7 +193,8 @@ def _damper(option: DamperOption) -> dict[str, Any]:
         "error": _number(math.degrees(option.error)),
         "spring_rate": None if rate is None else _number(rate),
         "outer_mm": None if row is None or row.outer_diameter is None else _number(row.outer_diameter * 1e3),
-        "choice": f"{{part: {row.part}}}" if row is not None else "",
+        "choice": damper_value(option) or "",
+        "unnamed": why_unnamed(option),
         **_price(row),
         **damper_json(option.damper),
     }

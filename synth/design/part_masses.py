@@ -33,6 +33,14 @@ BRASS = "tubes of brass by the table of heat-set inserts"
 INSERTS = "inserts"  # end of the names, and the family
 
 
+@dataclass(frozen=True, order=True)
+class Pieces:
+    """Number of equal dampers and springs at a joint, of which fewer may be drawn."""
+
+    dampers: int = 1
+    springs: int = 1
+
+
 @dataclass(frozen=True)
 class PartMass:
     """One part: the group that it moves with (``upper``, ``lower``, ``spring``), its rigid body, its mass's source.
@@ -54,7 +62,7 @@ class PartMass:
 
 
 def masses_of(
-    leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, int], joints: Sequence[int]
+    leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, Pieces], joints: Sequence[int]
 ) -> tuple[PartMass, ...]:
     """Every part's mass, joint by joint.
 
@@ -63,13 +71,16 @@ def masses_of(
     weighed
         kg by part, from the project.
     pieces
-        number of dampers at each joint; one is drawn, and its mass is multiplied by this number.
+        numbers of parts at each joint: one damper is drawn, and of more than two springs one; a drawn part has the
+        mass of those that are not drawn too.
     joints
         indices of the joints to weigh.
     """
     density, found = leg.dimensions.printing.density, []
     for joint, link in [(leg.joints[index], leg.links[index]) for index in joints]:
         name = joint.dimensions.name
+        whole = pieces.get(name, Pieces())
+        number = {"damper": whole.dampers, "spring": max(1.0, whole.springs / len(joint.springs))}
         for part in (*joint.parts, link):
             moments = part.moments()
             mass, basis = part.mass(density), SOLID if part.bought_mass is None else TABLE
@@ -79,9 +90,7 @@ def masses_of(
                 basis = ASSUMED["encoder" if part.family == "encoder" else "damper"]
             if part.name in weighed:
                 kilograms, basis = weighed[part.name], WEIGHED
-            if part.family == "damper":
-                kilograms *= pieces.get(name, 1)
-            body = _body(kilograms, moments)
+            body = _body(kilograms * number.get(part.family, 1), moments)
             found.append(PartMass(part.name, name, part.family, part.group, body, basis))
         found += _inserts(joint, weighed)
     return tuple(found)

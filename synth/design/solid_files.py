@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from synth.design.choose_springs import SpringOption
     from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
-    from synth.design.part_masses import PartMass
+    from synth.design.part_masses import PartMass, Pieces
     from synth.spring.winding_sheet import JointTravel
 
 NOT_FINAL = "Run without --no-cad before you order parts."
@@ -86,15 +86,15 @@ def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures:
 
 def _write_requests(design: LegDesign, folder: Path) -> None:
     """A dimensioned drawing of each spring to wind, as drawn in its joint, for a spring maker's quotation."""
+    from synth.design.spring_hands import hands_of
     from synth.files.shown_units import METRIC
     from synth.spring.spring_files import write_request
 
     assert design.drawn is not None
     for option, joint in zip(design.springs.chosen, design.drawn.dimensions.joints, strict=True):
         if option.design is not None:
-            write_request(
-                option.design, METRIC, folder / f"{joint.name}_spring_quotation.dxf", joint_travel(option, joint)
-            )
+            path, travel = folder / f"{joint.name}_spring_quotation.dxf", joint_travel(option, joint)
+            write_request(option.design, METRIC, path, travel, hands_of(option))
 
 
 def joint_travel(option: SpringOption, joint: JointDimensions) -> JointTravel:
@@ -148,11 +148,11 @@ def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
 
 
 def _draw_solids(
-    solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, int]], *, pictures: bool
+    solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, Pieces]], *, pictures: bool
 ) -> tuple[dict[str, Any], bool]:
     """Build, check and write; the record, and whether it is complete (requested pictures were drawn).
 
-    ``known``: weighed masses (kg) by part, and numbers of dampers by joint.
+    ``known``: weighed masses (kg) by part, and numbers of dampers and springs by joint.
     """
     from synth import cad
     from synth.design.solid_work import checked_leg, failures_of, written_leg
@@ -219,7 +219,7 @@ def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[st
 def _how_to_test(design: LegDesign) -> list[str]:
     """How to measure the springs' rates, and the rates to expect."""
     tests = [
-        f"{name} {option.count * option.test.rate:.4g} N*m/rad at {option.test.distances[0] * 1e3:.4g} mm "
+        f"{name} {option.number * option.test.rate:.4g} N*m/rad at {option.test.distances[0] * 1e3:.4g} mm "
         f"({option.rate:.4g} in the joint)"
         for name, option in zip(design.built.joint_names, design.springs.chosen, strict=True)
         if option.test is not None

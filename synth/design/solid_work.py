@@ -16,11 +16,12 @@ from synth.side_processes import SideCall, carried_out, packed, process_count, u
 if TYPE_CHECKING:
     from synth.cad import BuiltLeg, CheckResult, ExportedFile, LegDimensions
     from synth.cad.joint import BuiltJoint
-    from synth.design.part_masses import PartMass
+    from synth.design.part_masses import PartMass, Pieces
 
 Packed = tuple[bytes, bytes]  # a joint and its link, to send them to any process
 Built = Sequence[Packed]
-Known = tuple[Mapping[str, float], Mapping[str, int]]  # weighed masses (kg) by part, numbers of dampers by joint
+# Weighed masses (kg) by part, numbers of dampers and springs by joint.
+Known = tuple[Mapping[str, float], Mapping[str, "Pieces"]]
 
 
 def load_kernel() -> None:
@@ -42,7 +43,7 @@ def load_kernel() -> None:
 
 
 def joint_masses(
-    dimensions: LegDimensions, weighed: Mapping[str, float], pieces: Mapping[str, int]
+    dimensions: LegDimensions, weighed: Mapping[str, float], pieces: Mapping[str, Pieces]
 ) -> tuple[PartMass, ...]:
     """Every part's mass, joint by joint, of facets and therefore within 1e-5; arguments as ``masses_of``.
 
@@ -57,7 +58,7 @@ def joint_masses(
 
 
 def _masses(
-    dimensions: LegDimensions, index: int, weighed: Mapping[str, float], pieces: Mapping[str, int]
+    dimensions: LegDimensions, index: int, weighed: Mapping[str, float], pieces: Mapping[str, Pieces]
 ) -> tuple[PartMass, ...]:
     from synth.cad.leg_joints import build_leg_of_facets
     from synth.design.part_masses import masses_of
@@ -129,7 +130,7 @@ class _Parts:
     masses: list[dict[str, Any]]
 
 
-def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces: Mapping[str, int]) -> CheckedLeg:
+def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces: Mapping[str, Pieces]) -> CheckedLeg:
     """Build and check every joint, with the record of its parts.
 
     Raises

@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import degrees
 
 from synth.design.choose_springs import SpringOption, WantedTravel
+from synth.design.spring_hands import hand_warnings
 from synth.files.project_options import SpringChoice
 from synth.remarks import decisive, unlike
 
@@ -52,4 +53,4 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
         warnings.append(
             f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"
         )
-    return warnings
+    return [*warnings, *hand_warnings(joint, option)]

@@ -17,6 +17,7 @@ from synth.design.choose_springs import SpringOption
 from synth.design.fit_responses import write_fit_responses as write_fit_responses
 from synth.design.leg_design import LegDesign
 from synth.design.measured_forecast import measured_free_angles, tolerance_json
+from synth.design.spring_entry import spring_entry
 from synth.files.curve import write_curve
 from synth.files.input_hashes import input_hashes
 from synth.files.leg_file import write_leg
@@ -165,7 +166,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         },
         "refit": {"spring_rate": refit.spring_rate.as_json(), "free_angle": refit.free_angle.as_json()},
         "damper": {**_damper(damper, name), **_damper_as_drawn(design, j)},
-        "spring": {**spring.as_json(), "free_angle": quantity(built.free_angle, "deg")},
+        "spring": {**spring_entry(spring), "free_angle": quantity(built.free_angle, "deg")},
         "arm_offset": quantity(design.arm_offset(j), "deg"),
         "spring_alternatives": [
             _ranked_spring(option, spring) for option in design.springs.ranked[j] if option is not spring
@@ -230,7 +231,7 @@ def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]
     return {
         "part": option.label,
         "vendor": row.vendor if row is not None else None,
-        "count": option.count if row is not None or made is None else made.count,
+        "count": option.number,
         "rate": quantity(option.rate, "N*m/rad"),
         "rate_inch": quantity(option.rate, "lbf*in/deg"),
         "within_tolerance": not option.outside,

@@ -113,7 +113,7 @@ class SpringBounds:
 
 @dataclass(frozen=True)
 class SpringChoice(SpringBounds):
-    """Requirements of a joint's spring in a leg design. A given ``part`` is used regardless of its values.
+    """Requirements of a joint's spring in a leg design. A ``part`` is used ``parallel`` times, whatever its values.
 
     ``make`` True: a spring to wind; False: a bought one or none; None: a bought one if one fits. ``objective``,
     ``cycles`` (full turns that it must last; default 100 000 if possible) and
@@ -159,7 +159,7 @@ class DamperBounds:
 
 @dataclass(frozen=True)
 class DamperChoice(DamperBounds):
-    """Requirements of a joint's damper in a leg design. A given ``part`` is used regardless of its sizes.
+    """Requirements of a joint's damper in a leg design. A ``part`` is used ``parallel`` times, whatever its sizes.
 
     ``direction``: the simulated dampers act both ways, so only ``both`` can be designed for.
     """

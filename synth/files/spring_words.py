@@ -8,3 +8,4 @@ Objective = Literal["mass", "space", "life"]
 RateFormula = Literal["64", "10.8"]  # as users write them; see ``synth.parts.coil_rate``
 System = Literal["inch", "metric"]
 Hand = Literal["right", "left"]
+OTHER_HAND: dict[str, Hand] = {"right": "left", "left": "right"}

@@ -14,6 +14,16 @@ MOST = 15  # digits of a decimal number that a double holds for certain
 _FORMULA = tuple("=+-@\t\r\n|%")  # a spreadsheet would read a cell that begins so as a formula
 
 
+def flow_mapping(content: Mapping[str, Any]) -> str:
+    """A mapping as YAML on one line, quoted where it must be."""
+    import yaml
+
+    text: str = yaml.safe_dump(
+        dict(content), sort_keys=False, default_flow_style=True, allow_unicode=True, width=math.inf
+    )
+    return text.strip()
+
+
 def plain(value: Any, key: str) -> Any:
     """Mappings, lists and rounded numbers only."""
     if isinstance(value, Mapping):

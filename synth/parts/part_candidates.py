@@ -10,6 +10,7 @@ from typing import Generic, TypeVar
 
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import DamperBounds, DamperChoice, PartsOptions, SpringBounds, SpringChoice
+from synth.files.spring_words import OTHER_HAND
 from synth.parts.catalogs import Catalogue
 from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.rows import DamperRow, TorsionSpringRow
@@ -112,6 +113,37 @@ def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> It
         yield "excluded by select.without"
 
 
+SAME = 0.01  # relative: rounding of published figures and of their conversion from inches, under all tolerances
+SAME_ANGLE = 1.5  # deg: far below the free angle's tolerance of 10 deg
+
+
+def mirror_of(
+    row: TorsionSpringRow, rows: Sequence[TorsionSpringRow], parts: PartsOptions = ANY
+) -> TorsionSpringRow | None:
+    """The spring of the other hand and otherwise the same sizes and rate, the same vendor's first; None if unknown."""
+    wanted, parts = OTHER_HAND.get(row.hand), of_family(parts, rows)
+    found = [
+        each
+        for each in rows
+        if each.hand == wanted and each.choosable and not any(_not_to_be_had(each, parts)) and _same_coil(row, each)
+    ]
+    return min(found, key=lambda each: (each.vendor != row.vendor, each.vendor, each.part), default=None)
+
+
+def _same_coil(one: TorsionSpringRow, other: TorsionSpringRow) -> bool:
+    """Whether two springs have the same wire, coil, included angle and rate; legs are cut to length."""
+    if one.material != other.material or (one.leg_convention or "tangent") != (other.leg_convention or "tangent"):
+        return False
+    lengths = [(one.body_length, other.body_length)]
+    sizes = [(getattr(one, name), getattr(other, name)) for name in ("wire_diameter", "outer_diameter", "body_coils")]
+    sizes += [(one.rate, other.rate), *(pair for pair in lengths if None not in pair)]
+    angles = one.included_angle, other.included_angle
+    if None in angles or any(None in pair for pair in sizes):
+        return False
+    apart = abs(degrees((angles[0] or 0.0) - (angles[1] or 0.0)))
+    return apart <= SAME_ANGLE and all(abs(b / a - 1.0) <= SAME for a, b in sizes)
+
+
 def spring_reason(
     row: TorsionSpringRow, choice: SpringBounds, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> str | None:
@@ -133,8 +165,7 @@ def spring_reasons(
     assert row.included_angle is not None
     if rate is not None and abs(row.rate / rate - 1.0) > choice.rate_tolerance:
         yield f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
-    # Deg: far below the free angle's tolerance of 10 deg.
-    if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > 1.5:
+    if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > SAME_ANGLE:
         yield f"included angle is not {degrees(choice.included_angle):g} deg"
     body = row.body_length if row.body_length is not None else row.close_wound_length
     body = None if body is None else body * count
@@ -157,14 +188,16 @@ def damper_candidates(
 
     Raises
     ------
-    CannotBeHad : none remains, and the message counts the reasons; or the named part damps one way only.
+    CannotBeHad : none remains, and the message counts the reasons; or the named part damps one way only, and
+        ``parallel`` of it are no pairs.
     """
     if choice.part is not None:
         row = named_damper(catalogue, choice.part)
-        if row.direction not in ("both", "") and choice.parallel < 2:
+        if row.direction not in ("both", "") and choice.parallel % 2:
             raise CannotBeHad(
                 f"{joint}: damper {row.part} ({row.place}) damps one way only, and the leg swings both ways. Write "
-                f"parallel: 2 under select.joints.{joint}.damper for a pair, one per direction, or name another damper"
+                f"parallel: 2 under select.joints.{joint}.damper for a pair, one per direction (4 for two pairs), or "
+                "name another damper"
             )
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()

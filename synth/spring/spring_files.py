@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -74,8 +74,14 @@ def _in_units(spring: SpringDesign, content: Mapping[str, Any], shown: ShownUnit
     return made
 
 
-def write_request(spring: SpringDesign, shown: ShownUnits, path: Path, joint: JointTravel | None = None) -> None:
-    """Write the dimensioned drawing for a spring maker's quotation; ``joint`` as in ``request_lines``."""
+def write_request(
+    spring: SpringDesign,
+    shown: ShownUnits,
+    path: Path,
+    joint: JointTravel | None = None,
+    hands: Sequence[str] = (),
+) -> None:
+    """Write the dimensioned drawing for a spring maker's quotation; ``joint`` and ``hands`` as in ``request_lines``."""
     from synth.cad.spring_request import SpringRequest, write_spring_request
 
     request = SpringRequest(
@@ -86,7 +92,8 @@ def write_request(spring: SpringDesign, shown: ShownUnits, path: Path, joint: Jo
         included_angle=math.degrees(spring.included_angle),
         arms=(spring.leg_lengths[0] * 1e3, spring.leg_lengths[1] * 1e3),
         hand=spring.hand,
-        lines=request_lines(spring, shown, joint),
+        mirrored=len(set(hands)) > 1,
+        lines=request_lines(spring, shown, joint, hands),
     )
     write_spring_request(request, path)
 

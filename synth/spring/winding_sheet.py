@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.spring.codes import CodeCheck
 from synth.spring.din_2194 import STANDARD
+from synth.spring.hand_words import hand_words
 from synth.spring.loose_test import HOW_HELD
 from synth.spring.spring_result import SpringDesign
 from synth.spring.unit_text import in_units
@@ -83,11 +85,16 @@ class JointTravel:
         return f"Works {works}; at the joint's stops {stops}"
 
 
-def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC, joint: JointTravel | None = None) -> list[str]:
+def request_lines(
+    spring: SpringDesign, shown: ShownUnits = METRIC, joint: JointTravel | None = None, hands: Sequence[str] = ()
+) -> list[str]:
     """The text of a request for quotation: dimensions, quantities to measure, tolerances.
 
-    ``joint``: travels of a joint's spring, as drawn.
+    ``joint``: travels of a joint's spring, as drawn; ``hands``: of each of its springs, the drawn one first, default
+    all of the spring's own.
     """
+    own = f"{spring.hand}-hand"
+    pair = len(set(hands)) > 1
     plus = spring.tolerance
     rate = spring.test.rate
     a_degree = f"{rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
@@ -96,11 +103,11 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC, joint: Joint
     arms = [f"{shown.value(length, 'm'):.4g}" for length in spring.leg_lengths]
     lines = [
         "REQUEST FOR QUOTATION: helical torsion spring of round wire",
-        f"Quantity: {spring.count}",
+        f"Quantity: {spring.count}" + (f": {hand_words(hands)}, each the other's mirror image" if pair else ""),
         f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}, within "
         f"{shown.text(plus.wire_diameter, 'm', '.3g')}",
-        f"Body: {spring.body_coils:.3f} coils, {spring.hand}-hand, {_coils_apart(spring, shown)}; mean diameter "
-        f"{_size(spring.mean_diameter, shown)}, within {shown.text(plus.mean_diameter, 'm', '.2g')}",
+        f"Body: {spring.body_coils:.3f} coils, {hand_words(hands) if pair else own}, {_coils_apart(spring, shown)}; "
+        f"mean diameter {_size(spring.mean_diameter, shown)}, within {shown.text(plus.mean_diameter, 'm', '.2g')}",
         f"Arms: {spring.convention}, {arms[0]} and {arms[1]} {shown.unit('m')}",
         f"Free angle: {math.degrees(spring.included_angle):.1f} deg, within {math.degrees(plus.free_angle):.2g} deg",
         f"Test: {test_words(spring, shown)}",
@@ -123,7 +130,7 @@ def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC, joint: Joint
         f"Stress relief: {stress_relief(spring.material) or 'as the wire manufacturer specifies'}",
         *_quality(spring, shown),
         "      Where a figure above is tighter, it applies.",
-        "Drawn in mm, free, seen from the near end and from the side.",
+        f"Drawn in mm, free, seen from the near end and from the side{f': the {own} one' if pair else ''}.",
     ]
 
 

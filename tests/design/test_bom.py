@@ -21,6 +21,7 @@ from synth.design.bom import BomLine, write_bom
 from synth.design.choose_springs import SpringOption
 from synth.files.text_forms import defused
 from synth.parts.catalogs import Catalogue
+from synth.parts.rows import TorsionSpringRow
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "+1", "-2", "@SUM(A1)", "\t=1", "  =1", "|x", "%x", "\n=1"])
@@ -71,12 +72,46 @@ def rows_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     return found
 
 
+RIGHT = Catalogue.load().find_spring("LTR135H 10 M")
+LEFT = replace(RIGHT, part="LTL135H 10 M", hand="left", price="5 EUR")
+UNKNOWN = replace(RIGHT, hand="")
+
+
 def test_a_bought_springs_line_states_the_vendors_rate_beside_that_in_the_joint() -> None:
-    """A pair of LTR135H 10 M, whose clamped arms soften it: by 2.2247 N m/rad a correct spring is known on arrival."""
-    row = Catalogue.load().find_spring("LTR135H 10 M")
-    line = bom._spring_line("knee", SpringOption(2 * 2.103, 2.0, row=row, count=2))
-    assert line.item.startswith("torsion spring, 2.225 N*m/rad as sold, 2.103 N*m/rad in the joint")
-    assert line.quantity == 2
+    """LTR135H 10 M, whose clamped arms soften it: by 2.2247 N m/rad a correct spring is known on arrival."""
+    (line,) = bom._spring_lines("knee", SpringOption(2.103, 2.0, row=RIGHT))
+    assert line.item == "torsion spring, 2.225 N*m/rad as sold, 2.103 N*m/rad in the joint"
+    assert (line.quantity, line.part) == (1, "LTR135H 10 M")
+
+
+@pytest.mark.parametrize(
+    ("row", "mirror", "ends", "ordered"),
+    [
+        (RIGHT, LEFT, ("right-hand", "left-hand"), ("LTR135H 10 M", "LTL135H 10 M")),
+        (LEFT, RIGHT, ("left-hand", "right-hand"), ("LTL135H 10 M", "LTR135H 10 M")),
+        (RIGHT, None, ("right-hand", "left-hand: the mirror image of LTR135H 10 M, in no catalogue; ask for it"),
+         ("LTR135H 10 M", "")),
+        (UNKNOWN, None, ("one hand", "the other hand: the mirror image of LTR135H 10 M, in no catalogue; ask for it"),
+         ("LTR135H 10 M", "")),
+    ],
+)  # fmt: skip
+def test_a_bought_pair_orders_a_part_of_each_hand(
+    rows_of, row: TorsionSpringRow, mirror: TorsionSpringRow | None, ends: tuple[str, str], ordered: tuple[str, str]
+) -> None:
+    """It ordered two of one one-handed part; of equal hands one would open where the other closes."""
+    option = SpringOption(2 * 2.103, 2.0, row=row, count=2, mirror=mirror)
+    lines = bom._spring_lines("hip", option)
+    found = rows_of(lines, [part("spring", "spring", 3.0), part("spring_2", "spring", 3.0)])
+    assert [line["item"].partition("in the joint, ")[2] for line in found] == list(ends)
+    assert tuple(line["part"] for line in found) == ordered
+    assert [(line["vendor"], line["quantity"], line["mass [g]"]) for line in found] == [("Lee Spring", "1", "3.00")] * 2
+    assert [line["price"] for line in found] == [{"LTL135H 10 M": "5 EUR"}.get(name, "") for name in ordered]
+
+
+def test_more_than_two_bought_springs_are_alike() -> None:
+    (line,) = bom._spring_lines("knee", SpringOption(3 * 2.103, 2.0, row=LEFT, count=3))
+    assert line.item.endswith("in the joint, all left-hand")
+    assert line.quantity == 3
 
 
 def test_equal_lines_are_merged_with_quantity_and_mass(rows_of) -> None:
@@ -134,12 +169,12 @@ def test_no_column_depends_on_the_words(rows_of, order: Order) -> None:
     assert made_from(json.loads(json.dumps(order.as_json()))) == order
 
 
-def test_a_spring_pair_orders_one_of_each_hand(rows_of) -> None:
-    line = BomLine("hip", "torsion spring, 2 N*m/rad", vendor="V", part="L", quantity=2, source="", family="spring")
-    drawn = [part("spring", "spring", 3.0, "buy or wind"), part("spring_2", "spring", 3.0, "buy or wind")]
-    for parts, item in ((drawn, f"{line.item}, one of each hand"), (drawn[:1], line.item)):
-        rows = [row for row in rows_of([line], parts, mount=True) if row["item"].startswith("torsion")]
-        assert [(row["item"], row["quantity"], row["mass [g]"]) for row in rows] == [(item, "2", "6.00")]
+def test_each_line_of_a_pair_is_for_its_own_drawn_spring(rows_of) -> None:
+    """The page shows beside a drawn part the line by which it is ordered."""
+    lines = bom._spring_lines("hip", SpringOption(4.2, 2.0, row=RIGHT, count=2, mirror=LEFT))
+    drawn = [part("spring", "spring", 3.0), part("spring_2", "spring", 3.0)]
+    found = [bom._with_drawn(line, drawn) for line in lines]
+    assert [line.drawn for line in found] == [("hip_spring",), ("hip_spring_2",)]
 
 
 def test_every_line_has_its_ordering_data(rows_of) -> None:

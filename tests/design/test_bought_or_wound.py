@@ -36,6 +36,7 @@ def lines(spring: SpringOption, damper: DamperOption) -> list[BomLine]:
         built=SimpleNamespace(joints=(SimpleNamespace(name="knee"),)),
         springs=SimpleNamespace(chosen=(spring,)),
         dampers=SimpleNamespace(chosen=(damper,)),
+        drawn=None,
     )
     return bought_or_wound(design)
 
@@ -85,5 +86,6 @@ def test_as_many_springs_are_wound_and_bought_as_act_together(catalogue: Catalog
     for option, how in ((wound(catalogue, count), "wind"), (bought, "buy")):
         (line, _) = lines(option, linear)
         assert (line.how, line.quantity) == (how, count)
+        assert line.item.endswith(", all right-hand") is (count > 1)
     single, several = (lines(wound(catalogue, each), linear)[0] for each in (1, count))
-    assert several == replace(single, quantity=count)  # each is cut as long as one alone
+    assert several == replace(single, item=several.item, quantity=count)  # each is cut as long as one alone

@@ -22,6 +22,7 @@ from synth.design.leg_design import LegDesign
 from synth.design.measured_rate import rate_in_joint
 from synth.design.page_data import page_json
 from synth.design.solid_files import joint_travel, not_weighed
+from synth.design.spring_entry import spring_entry
 from synth.design.spring_warnings import spring_warnings
 from synth.design.write_design import design_json
 from synth.files.project_options import MeasuredSpring, SpringChoice, ToleranceOptions
@@ -172,7 +173,7 @@ def test_a_measured_rate_is_converted_into_the_joints(wound: LegDesign, bought: 
     option = bought.springs.chosen[0]
     assert option.row is not None
     assert option.row.rate is not None
-    assert option.as_json()["test"]["rate"]["value"] < option.row.rate
+    assert spring_entry(option)["test"]["rate"]["value"] < option.row.rate
     at_the_coil = MeasuredSpring(rate=option.row.rate * option.count, rate_distance=0.0)
     assert rate_in_joint(at_the_coil, option) == pytest.approx(option.rate, rel=0.01)  # of a count of coils as drawn
     not_drawn = replace(option, loose=None)

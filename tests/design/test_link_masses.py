@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from synth.cad import JointDimensions, MountDimensions, SpringDimensions
+from cad_joints import cleared
+from synth.cad import JointDimensions, LegDimensions, MountDimensions, SpringDimensions
+from synth.cad.leg_joints import build_leg_of_facets
 from synth.design.link_masses import built_links, link_warnings, same_links, with_links
-from synth.design.mass_loop import NEAR_JOINTS, same_but_for
-from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
+from synth.design.mass_loop import NEAR_JOINTS, pieces_of, same_but_for
+from synth.design.part_masses import ASSUMED, SOLID, PartMass, Pieces, mass_from, mass_json, masses_of, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
 from synth.swing.rigid_body import RigidBody, link_body
 
@@ -76,6 +80,32 @@ def test_assumed_masses_are_named_with_their_key() -> None:
     named = [text for text in said if "60 g of its link's 270 g are assumed masses of knee_upper" in text]
     assert len(named) == 1
     assert "cad: {masses:" in named[0]
+
+
+@pytest.mark.parametrize(("drawn", "count"), [(1, 1), (2, 2), (1, 3)])
+def test_all_springs_of_a_joint_are_weighed(drawn: int, count: int) -> None:
+    """Of three in parallel one is drawn, and the links held the mass of that one."""
+    spring = SpringDimensions(2.032, 17.018, 6.17, 120.0)
+    ankle = cleared(JointDimensions("ankle", spring, 139.0, 138.0, range=(80.0, 170.0), springs=drawn))
+    built, weighed = build_leg_of_facets(LegDimensions("leg", (ankle,))), {"ankle_spring": 0.01}
+
+    def springs(given: dict[str, float]) -> list[float]:
+        found = masses_of(built, given, {"ankle": Pieces(springs=count)}, [0])
+        return [item.body.mass for item in found if item.family == "spring"]
+
+    one = 7.85e-6 * built.joints[0].springs[0].exact_volume  # kg: steel
+    assert sum(springs({})) == pytest.approx(count * one)
+    assert springs(weighed)[0] == pytest.approx(0.01 * count / drawn)  # one of them was weighed
+
+
+def test_the_pieces_of_a_joint_are_those_of_its_chosen_parts() -> None:
+    damper, spring = SimpleNamespace(arrangement=SimpleNamespace(pieces=2)), SimpleNamespace(number=3)
+    design: Any = SimpleNamespace(
+        built=SimpleNamespace(joint_names=("hip",)),
+        dampers=SimpleNamespace(chosen=(damper,)),
+        springs=SimpleNamespace(chosen=(spring,)),
+    )
+    assert pieces_of(design) == {"hip": Pieces(dampers=2, springs=3)}
 
 
 def test_links_within_half_a_per_cent_are_equal() -> None:

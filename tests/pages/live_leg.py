@@ -85,12 +85,13 @@ def page_content(wanted: WantedResponse, built: Leg) -> dict[str, Any]:
         if j == 1:
             rate = joint.spring.rate * STIFFER
             springs.append({**spring, "part": "B 12", "rate": rate, "error": other, "choice": "{part: B 12}"})
+        damper = {"part": "D", "vendor": "", "law": "curve", "error": error, "spring_rate": None, "outer_mm": None,
+                  "choice": "{part: D}", "unnamed": "", **damper_json(joint.damper)}  # fmt: skip
         joints[joint.name] = {
             "holding": {"rotation": float(pose[j]), "torque": float(torque[j])},
             "springs": springs,
-            "dampers": [{"part": "D", "vendor": "", "law": "curve", "error": error, "spring_rate": None,
-                         "outer_mm": None, "choice": "", **damper_json(joint.damper)}],
-        }  # fmt: skip
+            "dampers": [damper, {**damper, "part": "E at 0.2 N*m", "choice": "", "unnamed": "ordered by torque"}],
+        }
     names = [release.name for release in wanted.releases]
     return {
         "format": "synth/page/1",

@@ -92,6 +92,14 @@ def test_a_swapped_spring_shows_the_engines_error_and_a_project_line(live: Opene
     assert float(home.get_attribute("data-error")) == pytest.approx(before, abs=NEAR)
 
 
+def test_a_damper_that_no_line_names_is_said(live: Opened) -> None:
+    """Without a word the lines were those of the chosen one."""
+    home = live.page.locator("#swap-parts")
+    home.locator("fieldset").nth(1).locator("select").nth(1).select_option("1")
+    said = home.locator("pre").text_content()
+    assert said == "# knee: no line names the damper E at 0.2 N*m: ordered by torque"
+
+
 def test_a_slider_changes_the_response_and_shows_the_interval(live: Opened) -> None:
     page, home = live.page, live.page.locator("#swap-parts")
     box = home.locator("fieldset").nth(1)

@@ -51,8 +51,10 @@ CATALOGUES: dict[str, dict[str, str]] = {
         "outer_diameter": "Of the coil: inner diameter plus two wire diameters, within 3 %.",
         "inner_diameter": "Of the coil.",
         "body_coils": "Coils of the body.",
-        "leg_length": "Of each leg, from the coil's axis.",
-        "body_length": "Of the free spring's coil along its axis.",
+        "leg_length": "Of each leg, from the coil's axis. In a drawn joint it must reach through its cap; "
+        "a longer one is cut.",
+        "body_length": "Of the free spring's coil along its axis. If it is longer than touching coils, their "
+        "gaps are drawn.",
         "body_length_at_max_torque": "The same at maximum torque: winding adds coils.",
         "max_arbor_diameter": "Thickest shaft that the vendor allows inside; that of a drawn joint is no thicker.",
         "max_torque": "The vendor's limit: springs that a joint would load more are not chosen.",

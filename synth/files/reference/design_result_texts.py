@@ -44,6 +44,8 @@ _JOINT = {
     "refit.spring_rate": "Fitted again with the real damper's curve.",
     "refit.free_angle": "Fitted again with the real damper's curve.",
     "spring.part": "Catalogue part, where one is bought.",
+    "spring.hands[]": "Hand of each of the joint's springs, the drawn one first; two are a mirrored pair.",
+    "spring.other_hand": "Of a bought pair: the part of the other hand; null: no catalogue has it.",
     "spring.NAME": "Of the chosen spring, as in its catalogue.",
     **{f"spring.make.{key}": text for key, text in SPRING_TO_MAKE.items()},
     "spring.make.arbor_diameter": "Diameter of the shaft inside the coil.",
