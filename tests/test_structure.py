@@ -23,6 +23,7 @@ FLOORS = (
         "units_often",
         "units_spelling",
         "arrays",
+        "sampling",
         "threads",
         "side_processes",
         "cache",

@@ -24,6 +24,7 @@ GATHERED = {
     "synth.cli": "command line",
     "synth.commands": "command line",
     "synth.arrays": "basics",
+    "synth.sampling": "basics",
     "synth.cache": "basics",
     "synth.errors": "basics",
     "synth.threads": "basics",

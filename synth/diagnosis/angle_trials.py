@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
 from synth.fit.recordings import Recording
+from synth.sampling import every_nth
 from synth.swing.time_unit import time_unit
 
 MOST_PACE_RATIO = 4.0  # most ratio of the time scales of trials that are simulated together
@@ -25,7 +26,7 @@ class AngleTrial:
 
     ``relative`` (m, n): standard deviation of a sample relative to its channel's noise; None if all are equal.
     ``part_of`` : the trial that it is a piece of, None for a whole recording; ``share`` : of that one's samples;
-    ``begin`` : s, where it begins in that one.
+    ``begin`` : s, where it begins in that one. ``moments`` (m, n) as of the recording; None: all rows of each joint.
     """
 
     recording: Recording
@@ -37,6 +38,7 @@ class AngleTrial:
     part_of: AngleTrial | None = None
     share: float = 1.0
     begin: float = 0.0
+    moments: Mask | None = None
 
     @property
     def whole(self) -> AngleTrial:
@@ -80,6 +82,7 @@ class AngleTrial:
             measured=self.measured[part],
             counts=self.counts[part],
             relative=relative,
+            moments=None if self.moments is None else self.moments[part],
             part_of=self,
             share=(last - first) / len(self.time),
             begin=begin,
@@ -87,14 +90,16 @@ class AngleTrial:
 
     def thinner(self, samples: int) -> AngleTrial:
         """The trial with about ``samples`` of the samples, evenly spaced."""
-        every = max(1, round(len(self.time) / samples))
-        relative = None if self.relative is None else self.relative[::every]
+        own = np.ones_like(self.counts) if self.moments is None else self.moments
+        kept = every_nth(own, samples, round)
+        some = kept.any(axis=1)
         return replace(
             self,
-            time=self.time[::every],
-            measured=self.measured[::every],
-            counts=self.counts[::every],
-            relative=relative,
+            time=self.time[some],
+            measured=self.measured[some],
+            counts=(self.counts & kept)[some],
+            relative=None if self.relative is None else self.relative[some],
+            moments=kept[some],
         )
 
 
@@ -179,7 +184,7 @@ class Whitener:
 def angle_trial(recording: Recording, *, held_out: bool) -> AngleTrial:
     """Thin a recording to evenly spaced samples."""
     thin = recording.thinned(SAMPLES_A_TRIAL)
-    return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
+    return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out, moments=thin.moments)
 
 
 def first_of_kinds(trials: Sequence[AngleTrial], order: Sequence[int]) -> list[int]:

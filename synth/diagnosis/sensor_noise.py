@@ -75,9 +75,8 @@ def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     gaps: list[list[Array]] = [[] for _ in range(n)]
     for recording in recordings:
         for j in recording.free:
-            value = recording.rotation[:, j]
-            good = recording.counts[:, j]
-            found = _noise_variance(recording.time, value, good, DIFFERENCE_ORDER)
+            time, value, good = recording.channel(j)
+            found = _noise_variance(time, value, good, DIFFERENCE_ORDER)
             if not np.isfinite(found):
                 continue
             squares[j].append(found)
@@ -149,12 +148,12 @@ def _noise_through_filter(recordings: Sequence[Recording], joint: int, step: flo
 
     Only where they grow faster before. Of independent samples the noise of neighbouring ones.
     """
-    free = [r for r in recordings if joint in r.free]
+    channels = [r.channel(joint) for r in recordings if joint in r.free]
     deviations = []
     for stride in STRIDES:
         found = [
-            _noise_variance(r.time[k::stride], r.rotation[k::stride, joint], r.counts[k::stride, joint], STRIDE_ORDER)
-            for r in free
+            _noise_variance(time[k::stride], value[k::stride], good[k::stride], STRIDE_ORDER)
+            for time, value, good in channels
             for k in range(0, stride, max(1, stride // 4))
         ]
         known = [each for each in found if np.isfinite(each)]

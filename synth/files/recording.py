@@ -191,7 +191,8 @@ def _time_problems(columns: Columns) -> list[Problem]:
         return [columns.problem("has no time; every sample needs one", "time", int(missing.argmax()))]
     back = np.flatnonzero(np.diff(time) <= 0)
     if not len(back):
-        fault = clock_fault(time)
+        others = [np.isfinite(values) for name, values in columns.values.items() if name != "time"]
+        fault = clock_fault(time, np.column_stack(others) if others else None)
         if not fault:
             return []
         remedy = fitting_unit(time, columns.units["time"]) if columns.wording is FILE else ""

@@ -12,8 +12,9 @@ from math import degrees, log, radians
 
 import numpy as np
 
-from synth.arrays import Array, finite_median
+from synth.arrays import Array, Mask, finite_median
 from synth.errors import Problem
+from synth.sampling import usual_step
 from synth.units import factor, header
 
 SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual sample step; 1 Hz is the slowest supported motion
@@ -35,12 +36,15 @@ def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | 
     return Problem(f"{fault}. {ANOTHER_UNIT} {IN_HEADER}{remedy}", name, 1, title) if fault else None
 
 
-def clock_fault(time: Array) -> str:
-    """What is wrong with a clock (n,) s by itself; empty if nothing is."""
+def clock_fault(time: Array, known: Mask | None = None) -> str:
+    """What is wrong with a clock (n,) s by itself; empty if nothing is.
+
+    ``known`` : (n, n_channel) True where a channel has a sample; None: in every row.
+    """
     steps = np.diff(time)
     if steps.min() >= SHORTEST_STEP and steps.max() <= LONGEST_STEP:
         return ""  # without the median, which takes longer
-    step = float(np.median(steps))
+    step = float(np.median(steps)) if known is None else usual_step(time, known)
     if SHORTEST_STEP <= step <= LONGEST_STEP:
         return ""
     return f"the samples are {step:.2g} s apart; a limb is recorded every {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s"
@@ -78,15 +82,22 @@ def check_together(
     groups: dict[Hashable, list[int]] = {}
     for index in range(len(names)):
         groups.setdefault(conditions[index] if conditions else None, []).append(index)
-    problems = clocks_together(names, times, in_code=in_code)
+    known = [np.isfinite(one) for one in angles]
+    problems = clocks_together(names, times, known, in_code=in_code)
     for group in groups.values():
         problems += _exchanged([names[i] for i in group], [angles[i] for i in group], joints)
     return [replace(problem, line=None) for problem in problems] if in_code else problems
 
 
-def clocks_together(names: Sequence[str], times: Sequence[Array], *, in_code: bool = False) -> list[Problem]:
-    """Recordings whose step is more than a hundred times, or less than a hundredth of, the others'."""
-    steps = np.array([float(np.median(np.diff(time))) for time in times])
+def clocks_together(
+    names: Sequence[str], times: Sequence[Array], known: Sequence[Mask] = (), *, in_code: bool = False
+) -> list[Problem]:
+    """Recordings whose step is more than a hundred times, or less than a hundredth of, the others'.
+
+    ``known`` : as of ``clock_fault``, of each; empty: all channels have a sample in every row.
+    """
+    sampled = known or [np.ones((len(time), 1), dtype=bool) for time in times]
+    steps = np.array([usual_step(time, each) for time, each in zip(times, sampled, strict=True)])
     if len(steps) < 2:
         return []
     usual = float(np.median(steps)) if len(steps) >= LEAST else float(steps.min())

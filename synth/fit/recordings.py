@@ -18,6 +18,7 @@ from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
 from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import decisive, noted
+from synth.sampling import every_nth, own_moments, usual_step
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import average_torques, with_least_spacing
 from synth.swing.leg_model import Leg
@@ -61,8 +62,8 @@ class Recording:
 
     @cached_property
     def step(self) -> float:
-        """Usual time between samples, s."""
-        return float(np.median(np.diff(self.time)))
+        """Usual time between the samples of the joint that is sampled fastest, s."""
+        return usual_step(self.time, self.counts[:, self.free])
 
     @property
     def driven(self) -> bool:
@@ -121,12 +122,26 @@ class Recording:
         """Joints that are not locked."""
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
+    @property
+    def _held(self) -> Mask:
+        """(n,) True for locked joints, whose samples do not count."""
+        return np.isin(np.arange(self.rotation.shape[1]), self.conditions.locked)
+
+    @cached_property
+    def moments(self) -> Mask:
+        """(m, n) True at the samples of each joint, counted or lost; False where only others are sampled."""
+        return own_moments(self.time, self.counts | self._held)
+
+    def channel(self, j: int) -> tuple[Array, Array, Mask]:
+        """Times (k,) s of a joint's own moments, its rotations (k,) rad, and whether each counts (k,)."""
+        own = self.moments[:, j]
+        return self.time[own], self.rotation[own, j], self.counts[own, j]
+
     def later(self, first: int) -> Recording:
         """The same motion from sample ``first``, its time from 0."""
         start, counts = self.time[first], self.counts[first:]
         time, rotation = self.time[first:] - start, self.rotation[first:]
-        held = np.isin(np.arange(rotation.shape[1]), self.conditions.locked)
-        smoothed = smooth(time, rotation, ~(counts | held))
+        smoothed = smooth(time, rotation, ~(counts | self._held))
         for j in self.conditions.locked:
             smoothed.rate[:, j] = 0.0
         known = self.known_torque
@@ -179,9 +194,10 @@ class Recording:
         return replace(self, time=self.time * factor, smoothed=smoothed)
 
     def thinned(self, samples: int) -> Recording:
-        """The same motion with about ``samples`` of its samples, evenly spaced."""
-        every = max(1, len(self.time) // samples)
-        return replace(self, time=self.time[::every], rotation=self.rotation[::every], counts=self.counts[::every])
+        """The same motion with about ``samples`` of each joint's samples, evenly spaced."""
+        kept = every_nth(self.moments, samples)
+        some = kept.any(axis=1)
+        return replace(self, time=self.time[some], rotation=self.rotation[some], counts=(self.counts & kept)[some])
 
 
 def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None = None) -> list[Recording]:
@@ -214,7 +230,7 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
     found = lost_samples(rotation)
-    n_lost, thin = int(found.sum()), thin_recording(time, rotation, found)
+    n_lost, thin = int((found & own_moments(time, ~found)).sum()), thin_recording(time, rotation, found)
     time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
     few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < LEAST_SAMPLES]
     if few:

@@ -14,6 +14,7 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
 from synth.fit.uncertainty import residuals
 from synth.motion.first_state import FirstState
+from synth.sampling import usual_step
 from synth.swing.driving_inputs import driven_by, is_driven
 from synth.swing.leg_model import Leg, Spring
 from synth.swing.mechanics import outboard_inertia, rest_pose
@@ -126,7 +127,7 @@ def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1
         turning = np.abs(np.degrees(start.rate - start.recorded.rate))
         turned = turning > LEAST_START[1] / unit
         # A rate that decays within two samples is not in the samples, which show the creeping after it.
-        hidden = decay * float(np.median(np.diff(trial.time))) > HIDDEN_DECAY
+        hidden = decay * usual_step(trial.time, np.isfinite(trial.measured)) > HIDDEN_DECAY
         turned &= ~hidden | (turning > LEAST_START[0] * decay)
         off = ((degrees > LEAST_START[0]) | turned) & (start.misfit() > NORMAL90).any(axis=0)
         for j in map(int, np.flatnonzero(off)):

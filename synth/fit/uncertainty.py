@@ -73,9 +73,13 @@ def _clipped_size(size: Array, scale: float) -> float:
 
 
 def sample_scatter(recordings: Sequence[Recording]) -> Array:
-    """(n,) rad, the samples' scatter about local polynomials, about the sensor's noise; at least the counts'."""
-    squares = [np.where(r.counts.any(axis=0), r.smoothed.noise**2, np.nan) for r in recordings]
-    found = np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9
+    """(n,) rad, the samples' scatter about local polynomials, about the sensor's noise; at least the counts'.
+
+    nan for a joint without a counted sample, such as one that is locked in all recordings.
+    """
+    squares = np.array([np.where(r.counts.any(axis=0), r.smoothed.noise**2, np.nan) for r in recordings])
+    seen = np.isfinite(squares).sum(axis=0)
+    found = np.sqrt(np.where(seen, np.nansum(squares, axis=0), np.nan) / np.maximum(seen, 1)) + 1e-9
     return np.asarray(np.fmax(found, np.where(np.isnan(found), np.nan, encoder_counts(recordings) / np.sqrt(12.0))))
 
 

@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from synth.arrays import Array, Mask
+from synth.sampling import channel_step
 
 WIDTH = 0.03  # s, support of the narrowest polynomial, as of ``smooth``
 LEAST_SAMPLES = 5  # samples of a polynomial: a cubic and one degree of freedom
@@ -41,12 +42,13 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array, *, unit
     """
     n = angle.shape[1]
     found = np.zeros((4, n))
-    fewest = max(LEAST_SAMPLES, round(WIDTH * unit / float(np.median(np.diff(time)))) // 2 * 2 + 1)
     for j in range(n):
-        good = np.flatnonzero(counts[:, j])[: 2 * fewest]
+        good = np.flatnonzero(counts[:, j])
         if len(good) < LEAST_SAMPLES:
             found[2:, j] = np.inf
             continue
+        fewest = max(LEAST_SAMPLES, round(WIDTH * unit / channel_step(time, counts[:, j])) // 2 * 2 + 1)
+        good = good[: 2 * fewest]
         since, value = time[good] - time[0], angle[good, j]
         weights = _weights(since[:fewest].tobytes(), 3)
         middle = weights @ value[:fewest]

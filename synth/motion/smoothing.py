@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array, Mask
 from synth.motion.noise import robust_deviation
 from synth.motion.pace import pace
+from synth.sampling import channel_step, usual_step
 
 Indices = NDArray[np.intp]
 
@@ -21,6 +22,7 @@ STEP_BESIDE = 0.3  # of a run's steps there and back, the largest step within it
 # Times the second differences beyond it, that of a sample at an end which is off, of so many samples.
 ALONE, END = 5.0, 6
 LEAST_NOISE_SHARE = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
+HOLE = 4.5  # steps of a channel, above which it has a gap
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
 
 
@@ -109,7 +111,7 @@ def _runs(value: Array, least: float) -> Mask:
 
 
 def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, locked: Sequence[int] = ()) -> Smoothed:
-    """Cubic Savitzky-Golay smoothing on a uniform grid of the median sample step.
+    """Cubic Savitzky-Golay smoothing on a uniform grid of the usual sample step, see ``usual_step``.
 
     Parameters
     ----------
@@ -122,7 +124,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, lo
     ------
     ValueError : fewer than seven samples, or a joint with fewer than seven good ones.
     """
-    step = float(np.median(np.diff(time)))
+    step = usual_step(time, ~lost)
     count = max(round((time[-1] - time[0]) / step) + 1, 2)
     grid = time[0] + step * np.arange(count)
     n_joint = angle.shape[1]
@@ -137,7 +139,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None, lo
         position = np.searchsorted(time[good], grid).clip(1, int(good.sum()) - 1)
         shares.append(_Shares.of(time[good], grid, position))
         # Four lost samples or more; fewer are bridged by the polynomials.
-        gap |= (time[good][position] - time[good][position - 1]) > 4.5 * step
+        gap |= (time[good][position] - time[good][position - 1]) > HOLE * channel_step(time, good)
     own = pace(step, np.delete(even, list(locked), axis=1))
     width = SUPPORT * own if width is None else width
     points = min(odd_points(width, step), count // 2 * 2 - 1)

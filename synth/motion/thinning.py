@@ -20,6 +20,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.motion.counts import coarse_count
 from synth.motion.noise import white_noise
+from synth.sampling import own_moments, usual_step
 
 UNTHINNED_SAMPLES = 6_000  # samples, up to which a recording is unchanged
 LEAST_SAMPLES = 2_500  # samples that are kept at least
@@ -50,7 +51,7 @@ class ThinnedRecording:
         """A sentence on the thinning; empty without thinning."""
         if self.group == 1:
             return ""
-        step = float(np.median(np.diff(self.time)))
+        step = usual_step(self.time, ~self.lost)
         return (
             f"{self.rows} samples over {self.time[-1] - self.time[0]:.3g} s are more than the motion needs: "
             f"groups of {self.group} are averaged, {len(self.time)} in total, {1e3 * step:.3g} ms apart"
@@ -67,6 +68,9 @@ def thin_recording(time: Array, angle: Array, lost: Mask) -> ThinnedRecording:
     rows = len(time)
     if rows <= UNTHINNED_SAMPLES:
         return ThinnedRecording(time, angle, lost, 1, rows, angle.shape[1] * (1,))
+    own = own_moments(time, ~lost)
+    if not own.all():
+        return _thin_apart(time, angle, lost, own)
     bridged = np.empty_like(angle)
     for j in range(angle.shape[1]):
         good = ~lost[:, j]
@@ -79,6 +83,21 @@ def thin_recording(time: Array, angle: Array, lost: Mask) -> ThinnedRecording:
     if group < 3:
         return ThinnedRecording(time, angle, lost, 1, rows, angle.shape[1] * (1,))
     return _group_means(time, bridged, lost, group, counts)
+
+
+def _thin_apart(time: Array, angle: Array, lost: Mask, own: Mask) -> ThinnedRecording:
+    """Of joints with moments of their own, ``own`` (n, n_joint): those that share them by themselves, then together."""
+    columns = [np.flatnonzero((own == own[:, [j]]).all(axis=0)) for j in range(own.shape[1])]
+    groups = [each for j, each in enumerate(columns) if each[0] == j]
+    parts = [thin_recording(time[r], angle[r][:, j], lost[r][:, j]) for j in groups for r in [own[:, j[0]]]]
+    every = np.unique(np.concatenate([part.time for part in parts]))
+    together, missing = np.full((len(every), own.shape[1]), np.nan), np.ones((len(every), own.shape[1]), dtype=bool)
+    averaged = np.ones(own.shape[1], dtype=int)
+    for j, part in zip(groups, parts, strict=True):
+        at = np.ix_(np.searchsorted(every, part.time), j)
+        together[at], missing[at], averaged[j] = part.angle, part.lost, part.averaged
+    group = max(part.group for part in parts)
+    return ThinnedRecording(every, together, missing, group, len(time), tuple(averaged.tolist()))
 
 
 def _odd_size(group: int) -> int:

@@ -57,3 +57,19 @@ def test_too_few_samples_give_no_state() -> None:
     found = first_state(time, np.zeros((12, 1)), counts, np.array([0.01]))
     assert np.isinf(found.angle_deviation[0])
     assert np.isinf(found.rate_deviation[0])
+
+
+def test_joints_read_a_moment_apart_show_the_state_that_they_show_together() -> None:
+    """The support is in samples of the joint: of the steps from row to row, 0.1 ms, it was a hundred times as many."""
+    frames, noise = np.arange(0.0, 1.5, 0.005), np.radians(0.05)
+    time = np.sort(np.r_[frames, frames + 1e-4])
+    angle = np.radians(20.0) * np.cos(20.0 * time)[:, None] + [[0.0, 1.0]]
+    angle += np.random.default_rng(3).normal(0.0, noise, angle.shape)
+    counts = np.zeros(angle.shape, dtype=bool)
+    counts[::2, 0] = counts[1::2, 1] = True
+    apart = first_state(time, angle, counts, np.full(2, noise))
+    alone = first_state(frames, angle[::2, :1], counts[::2, :1], np.full(1, noise))
+    assert apart.angle[0] == alone.angle[0]
+    assert apart.angle_deviation[0] == alone.angle_deviation[0]
+    assert abs(apart.angle[1] - np.radians(20.0) - 1.0) < 2.0 * apart.angle_deviation[1]
+    assert apart.angle_deviation[1] < 2.0 * alone.angle_deviation[0]

@@ -19,6 +19,7 @@ from synth.diagnosis.check.undersampling import (
     reading_jumps,
 )
 from synth.fit.recordings import Recording
+from synth.sampling import densest_clock
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 from synth.units import quantity
@@ -71,8 +72,7 @@ class Sampling:
 
 def describe_sampling(leg: Leg, recording: Recording) -> Sampling:
     """Sample steps of a recording, its pace as a frequency, and what speaks against that."""
-    steps = np.diff(recording.time)
-    step, hole = float(np.median(steps)), float(steps.max())
+    step, hole = recording.step, float(np.diff(densest_clock(recording.time, recording.moments)).max())
     frequency = SINUSOID_PACE / recording.smoothed.pace / (2.0 * np.pi)
     designed = designed_swings(leg, recording)
     against: FrequencyDoubt = doubt_of_frequency(1.0 / step, frequency, designed, reading_jumps(recording))
@@ -144,12 +144,13 @@ def _natural_rates(leg: Leg) -> tuple[float, float] | None:
 
 
 def _hole_findings(recording: Recording, one: Sampling) -> list[Finding]:
-    steps = np.diff(recording.time)
-    long = np.flatnonzero(steps > HOLE_STEPS * one.step)
-    share = 1.0 - recording.counts[:, recording.free].mean() if recording.free else 0.0
+    clock = densest_clock(recording.time, recording.moments)
+    long = np.flatnonzero(np.diff(clock) > HOLE_STEPS * one.step)
+    lost = recording.moments & ~recording.counts
+    share = lost[:, recording.free].sum() / recording.moments[:, recording.free].sum() if recording.free else 0.0
     found = []
     if len(long):
-        at = float(recording.time[long[0]])
+        at = float(clock[long[0]])
         text = f"{len(long)} gap{'s' if len(long) > 1 else ''} in its samples, the longest {one.hole:.3g} s, the first "
         text += f"at {at:.3g} s"
         serious = one.hole * one.frequency > 0.25  # a quarter of a period hides a turn
@@ -162,7 +163,7 @@ def _hole_findings(recording: Recording, one: Sampling) -> list[Finding]:
 
 
 def _jitter_findings(recording: Recording, one: Sampling) -> list[Finding]:
-    steps = np.diff(recording.time)
+    steps = np.diff(densest_clock(recording.time, recording.moments))
     usual = steps[steps < HOLE_STEPS * one.step]
     scatter = float(np.std(usual)) / one.step
     if scatter < MOST_JITTER:

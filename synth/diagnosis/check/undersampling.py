@@ -59,11 +59,11 @@ def reading_jumps(recording: Recording) -> ReadingJumps:
     """How readings jump from one to the next in the quarter of a recording in which each joint moves most."""
     found: list[tuple[float, float, bool]] = []
     for j in recording.free:
-        value = recording.rotation[:, j]
-        good = np.lib.stride_tricks.sliding_window_view(recording.counts[:, j], DIFFERENCE_ORDER + 1).all(axis=1)
+        time, value, counts = recording.channel(j)
         if len(value) < DIFFERENCE_ORDER + 2 * LEAST_DIFFERENCES:
             continue
-        jump = np.where(good, np.abs(unit_differences(recording.time, value, DIFFERENCE_ORDER)), np.nan)
+        good = np.lib.stride_tricks.sliding_window_view(counts, DIFFERENCE_ORDER + 1).all(axis=1)
+        jump = np.where(good, np.abs(unit_differences(time, value, DIFFERENCE_ORDER)), np.nan)
         width = max(len(jump) // RECORDING_PARTS, LEAST_DIFFERENCES)
         motion = np.lib.stride_tricks.sliding_window_view(value, width + DIFFERENCE_ORDER).std(axis=1)
         # The median: of a sinusoid it is the RMS, and a single outlier does not count.

@@ -30,7 +30,7 @@ def channel_clock(source: Channels, mapping: Mapping, notes: list[str]) -> LogCl
     UserError : no column, or several, can be the clock, one contradicts the frame rate, or frames do not count up.
     """
     if source.time is not None:
-        return log_clock(source.time, 1.0)
+        return LogClock(source.time, source.begins) if source.begins else log_clock(source.time, 1.0)
     if mapping.time is not None:
         return _of_column(source, source.find(mapping.time, "time"), mapping.time_unit)
     found = [k for k, name in enumerate(source.names) if any(same_name(name, clock) for clock in CLOCKS)]

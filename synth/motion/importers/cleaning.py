@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.turns import TURN, Unwrapped, continued, unwrapped, usual_angle, widest
 from synth.motion.smoothing import lost_samples
+from synth.sampling import densest_clock, own_moments
 from synth.swing.leg_model import Joint, Leg
 
 OUTSIDE = np.radians(5.0)  # beyond a joint's range, smallest reported value
@@ -73,7 +74,7 @@ def clean_angles(
     ------
     UserError : time that does not increase, or a joint with too few samples.
     """
-    notes = [*_check_clock(time, name)]
+    notes = _check_clock(time, np.isfinite(angles), leg.joint_names, name)
     result = angles.copy()
     found: list[JointTurns] = []
     for j, joint in enumerate(leg.joints):
@@ -123,8 +124,8 @@ def remarks(time: Array, angles: Array, leg: Leg) -> list[str]:
     return _gap_notes(time, angles, leg) + _range_notes(angles, leg)
 
 
-def _check_clock(time: Array, name: str) -> list[str]:
-    """Refuse a clock that stops or runs backwards; report lost frames."""
+def _check_clock(time: Array, known: Mask, joints: Sequence[str], name: str) -> list[str]:
+    """Refuse a clock that stops or runs backwards; report lost frames, and joints with moments of their own."""
     if len(time) < SHORTEST:
         raise UserError(Problem(f"has {len(time)} samples; at least {SHORTEST} are needed", name))
     if not np.isfinite(time).all():
@@ -136,6 +137,16 @@ def _check_clock(time: Array, name: str) -> list[str]:
         what = "repeats" if step[row] == 0 else "runs backwards"
         text = f"time {what} at sample {row + 2}: {time[row]:g} s, then {time[row + 1]:g} s"
         raise UserError(Problem(text, name))
+    own = own_moments(time, known)
+    clock = densest_clock(time, own)
+    apart = ", ".join(f"{joint} {count}" for joint, count in zip(joints, own.sum(axis=0).tolist(), strict=True))
+    notes = [] if own.all() else [f"its joints are sampled at different moments ({apart}): each has its own clock"]
+    return notes + _lost_frames(clock)
+
+
+def _lost_frames(time: Array) -> list[str]:
+    """The message on gaps of a clock (n,) s; none without gaps."""
+    step = np.diff(time)
     middle = float(np.median(step))
     holes = step > UNEVEN * middle
     if holes.any():
@@ -154,11 +165,12 @@ def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
     """Missing samples by joint, with the longest gap, and outliers."""
     notes = []
     spikes = lost_samples(angles) & np.isfinite(angles)
+    own = own_moments(time, np.isfinite(angles))
     for j, name in enumerate(leg.joint_names):
-        missing = ~np.isfinite(angles[:, j])
+        missing = own[:, j] & ~np.isfinite(angles[:, j])
         if missing.any():
-            known = time[~missing]
-            text = f"{name}: {int(missing.sum())} of {len(time)} samples are missing and not filled"
+            known = time[np.isfinite(angles[:, j])]
+            text = f"{name}: {int(missing.sum())} of {int(own[:, j].sum())} samples are missing and not filled"
             inside = missing & (time > known.min(initial=np.inf)) & (time < known.max(initial=-np.inf))
             if inside.any():
                 inner = np.diff(known)

@@ -251,7 +251,8 @@ def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release 
 
 def _with_other_clocks(source: Channels, clock: LogClock) -> Channels:
     """The file with its channels of other clocks on the same zero."""
-    inputs = (replace(each, time=None if each.time is None else each.time - clock.begins) for each in source.inputs)
+    later = clock.begins - source.begins  # s, by which the reader's zero was moved
+    inputs = (replace(each, time=None if each.time is None else each.time - later) for each in source.inputs)
     return replace(source, inputs=tuple(inputs))
 
 

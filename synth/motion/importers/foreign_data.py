@@ -23,7 +23,8 @@ class Channels:
     states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
     reader. ``inputs`` : further channels with clocks of their own, from the same zero; ``hint`` : why there are no
     commands among them. ``numbers`` : gives a channel's values by its index with all the file's digits, for clocks.
-    ``contents`` : what the file has, in messages, if that is more than the names.
+    ``contents`` : what the file has, in messages, if that is more than the names. ``begins`` : s, the file's own time
+    at the zero of its clocks, if the reader has set a large one (``log_clock``) to 0.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Channels:
     hint: str = ""
     numbers: Callable[[int], Sequence[Any]] | None = None
     contents: str = ""
+    begins: float = 0.0
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
@@ -93,6 +95,8 @@ class Markers:
     ``positions`` (n, n_point, 2 or 3), nan where missing; ``frames`` (n,) the file's own count; ``frame_rate`` Hz or
     None if the file has no clock; ``unit`` of the positions. ``up`` : the upward axis in space by the format's
     convention, for fitting the plane; None: it must be stated. ``time`` (n,) s, None if it is frames over rate.
+    ``picture`` : of points in a plane as in the file, their axes to the right and up; a project's ``plane`` replaces
+    them. None: they are turned so already, and there is nothing to state.
     """
 
     name: str
@@ -104,6 +108,7 @@ class Markers:
     notes: tuple[str, ...] = ()
     up: str | None = None
     time: Array | None = None
+    picture: tuple[str, str] | None = None
 
     def find(self, wanted: str) -> int:
         """The index of a point; raises UserError with the existing points."""

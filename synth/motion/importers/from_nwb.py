@@ -2,10 +2,15 @@
 
 NWB is HDF5 whose groups state their type (``neurodata_type``), so ``h5py`` reads it without its namespaces. The tests
 read a file written by ``pynwb`` with ``ndx-pose``.
+
+The series' ``reference_frame`` is a sentence on the origin. "(0,0) corresponds to the bottom left corner of the video"
+is what exporters of DeepLabCut's positions write, which count from the top (DLC2NWB, NeuroConv), and what others may
+mean: with such a sentence the project must state the axes.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -39,10 +44,17 @@ with h5py.File(path, "r") as file:
             arrays[f"time{k}"] = numpy.asarray(held(item["timestamps"]), dtype=float)
         else:
             start = item["starting_time"]
+            arrays[f"start{k}"] = float(start[()])
             arrays[f"rate{k}"] = float(start.attrs["rate"])
-        unit = item["data"].attrs.get("unit", "")
-        arrays[f"unit{k}"] = numpy.array(unit.decode() if isinstance(unit, bytes) else str(unit))
+        text = lambda value: numpy.array(value.decode() if isinstance(value, bytes) else str(value))
+        arrays[f"unit{k}"] = text(item["data"].attrs.get("unit", ""))
+        arrays[f"frame{k}"] = text(held(item["reference_frame"])[()] if "reference_frame" in item else "")
 """
+
+SAME_TIME = 1e-9  # s, between the body parts' times of one frame
+PICTURE = ("x", "-y")  # to the right and up: pixels count downward
+LONGEST = 200  # characters of a sentence in a message
+FROM_BELOW = re.compile(r"\b(bottom|lower)\b", re.IGNORECASE)
 
 
 def is_nwb_pose(start: bytes, path: Path) -> bool:
@@ -57,7 +69,7 @@ def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : several poses or clocks in one file, or series of different lengths.
+    UserError : several poses or clocks in one file, or series of different lengths; a picture with unclear axes.
     """
     content = read_in_child(_READ, path, name, "NWB")
     parts = [str(part).removesuffix("PoseEstimationSeries") or str(part) for part in content["names"]]
@@ -73,28 +85,46 @@ def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
     if len({item.shape for item in data}) != 1:
         raise UserError(Problem("contains series of different lengths", name))
     positions = np.stack(data, axis=1)
-    frames, rate = _clock(content, len(parts), len(positions), name)
+    time, rate = _clock(content, len(parts), len(positions), name)
     found = [content.get(f"confidence{k}") for k in range(len(parts))]
     scores = [item for item in found if item is not None and item.shape == (len(positions),)]
     both = np.stack(scores, axis=1) if len(scores) == len(parts) else None
     notes = without_unlikely(positions, both, mapping.likelihood, "confidence", name)
-    if positions.shape[2] == 2:
-        positions[..., 1] *= -1.0  # pixels count downward
-    return Markers(name, tuple(parts), positions, frames, rate, str(content["unit0"]), notes, up="z")
+    if positions.shape[2] == 2 and mapping.plane is None:
+        _refuse_unclear_axes([str(content[f"frame{k}"]) for k in range(len(parts))], name)
+    return Markers(
+        name, tuple(parts), positions, time * rate, rate, str(content["unit0"]), notes, up="z", time=time,
+        picture=PICTURE,
+    )  # fmt: skip
+
+
+def _refuse_unclear_axes(sentences: list[str], name: str) -> None:
+    """Ask for the axes of a picture where a series' ``reference_frame`` tells of an origin below."""
+    below = next((sentence for sentence in sentences if FROM_BELOW.search(sentence)), None)
+    if below is not None:
+        text = f'says "{below[:LONGEST]}", which exporters also write of positions that count from the top. State '
+        text += "which axes are right and up: plane: [x, y] (--plane=x,y) if y grows upward; plane: [x, -y] "
+        text += "(--plane=x,-y) if downward, as DeepLabCut's and SLEAP's positions do"
+        raise UserError(Problem(text, name, key="reference_frame"))
 
 
 def _clock(content: dict[str, Any], parts: int, count: int, name: str) -> tuple[Array, float]:
-    """The frames (n,) and their rate, Hz, from the series' times or their rate."""
-    times = [content[f"time{k}"] for k in range(parts) if f"time{k}" in content]
-    if not times:
-        rate = float(content["rate0"])
-        if not 0.0 < rate < np.inf:
-            raise UserError(Problem(f"states a rate of {rate:g} Hz", name))
-        return np.arange(count, dtype=float), rate
+    """The file's own times (n,) s and their rate, Hz, from the series' times, or their first time and rate."""
+    times = [_series_times(content, k, count, name) for k in range(parts)]
     time = times[0]
-    if any(other.shape != (count,) or np.abs(other - time).max() > 1e-9 for other in times):
+    if any(other.shape != (count,) or np.abs(other - time).max() > SAME_TIME for other in times):
         raise UserError(Problem("its body parts have different clocks, or not one time for each frame", name))
     step = float(np.median(np.diff(time)))
     if not 0.0 < step < np.inf:
         raise UserError(Problem("has times that are missing, or do not increase", name))
-    return time / step, 1.0 / step
+    return time, float(content.get("rate0", 1.0 / step))
+
+
+def _series_times(content: dict[str, Any], k: int, count: int, name: str) -> Array:
+    """The times of one series, s; ``count`` of them if it states a first time and a rate."""
+    if f"time{k}" in content:
+        return np.asarray(content[f"time{k}"])
+    rate, start = float(content[f"rate{k}"]), float(content[f"start{k}"])
+    if not 0.0 < rate < np.inf or not np.isfinite(start):
+        raise UserError(Problem(f"states a rate of {rate:g} Hz from {start:g} s", name))
+    return np.asarray(start + np.arange(count) / rate)

@@ -22,7 +22,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import CommandTopic, Mapping
-from synth.files.log_clock import begins_at
+from synth.files.log_clock import LARGE
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Channels, name_list
@@ -110,44 +110,62 @@ def _topics(content: dict[str, Any]) -> dict[str, Topic]:
 
 
 def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
-    """Joint states of one topic in the order of their stamps, the clock from zero, and commands of other topics."""
+    """Joint states of one topic in the order of their stamps, and commands of other topics, on the log's own clock.
+
+    A large clock (``log_clock``) counts from the first state, which ``begins`` tells.
+    """
     topics = _topics(content)
     unread = dict(zip(map(str, content["unread"]), map(str, content["why"]), strict=True))
     states = _states(topics, unread, mapping.topic, name)
     with_stamp = np.isfinite(states.stamp)
     delay = float(np.median((states.logged - states.stamp)[with_stamp])) if with_stamp.any() else 0.0
-    time, kept = _increasing_times(states.time(delay))
-    begin = float(time[0])
-    notes = [f"joint states of {states.name}; {begins_at(float(content['begin']) + begin)}"]
-    if len(kept) < len(states.stamp):
-        notes.append(f"{len(states.stamp) - len(kept)} messages repeat a stamp and are left out")
-    others = _commands(topics, states, mapping.commands, name)
-    inputs = []
-    for topic, joints in others:
-        own, rows = _increasing_times(topic.time(delay))
-        values = topic.values["command" if "command" in topic.values else "position"][rows]
-        titles = tuple(f"{joint} command" for joint in joints)
-        inputs.append(Channels(topic.name, titles, ("rad",) * len(titles), values, own - begin))
-        late = "" if topic.stamped else f", at the time of logging less {1e3 * delay:.3g} ms, by which states are late"
-        notes.append(f"commands of {topic.name}{late}")
+    notes = [f"joint states of {states.name}"]
     names, units, columns = list(states.joints), ["rad"] * len(states.joints), [states.values["position"]]
     for quantity in states.values:
         if quantity != "position":
             names += [f"{joint} {quantity}" for joint in states.joints]
             units += [UNITS[quantity]] * len(states.joints)
             columns.append(states.values[quantity])
+    time, values = _one_row_a_stamp(states.time(delay), np.hstack(columns), notes)
+    # A log's whole seconds are kept apart: a double of Unix seconds holds no ns.
+    whole = float(content["begin"])
+    large = abs(whole + time[0]) >= LARGE
+    shift, begins = (-float(time[0]), whole + float(time[0])) if large else (whole, 0.0)
+    others = _commands(topics, states, mapping.commands, name)
+    inputs = []
+    for topic, joints in others:
+        late = "" if topic.stamped else f", at the time of logging less {1e3 * delay:.3g} ms, by which states are late"
+        notes.append(f"commands of {topic.name}{late}")
+        given = topic.values["command" if "command" in topic.values else "position"]
+        own, commands = _one_row_a_stamp(topic.time(delay), given, notes)
+        titles = tuple(f"{joint} command" for joint in joints)
+        inputs.append(Channels(topic.name, titles, ("rad",) * len(titles), commands, own + shift))
     hint = "" if others else _hint(topics, states, unread)
-    values = np.hstack(columns)[kept]
     return Channels(
-        name, tuple(names), tuple(units), values, time - begin, tuple(notes), inputs=tuple(inputs), hint=hint
-    )
+        name, tuple(names), tuple(units), values, time + shift, tuple(notes), inputs=tuple(inputs), hint=hint,
+        begins=begins,
+    )  # fmt: skip
 
 
-def _increasing_times(time: Array) -> tuple[Array, Array]:
-    """Times that increase, and their indices."""
+def _one_row_a_stamp(time: Array, values: Array, notes: list[str]) -> tuple[Array, Array]:
+    """Times (m,) s that increase, and values (m, k), of messages (n,) and (n, k); ``notes`` are added to.
+
+    Messages of one stamp are one row: publishers of other joints may share it. What a message repeats is left out.
+    """
     order = np.argsort(time, kind="stable")
-    kept = order[np.concatenate([[True], np.diff(time[order]) > 0.0])]
-    return time[kept], kept
+    time, values = time[order], values[order]
+    first = np.concatenate([[True], np.diff(time) > 0.0])
+    row, merged, joined = np.cumsum(first) - 1, values[first], 0
+    for k in np.flatnonzero(~first):
+        new = np.isnan(merged[row[k]]) & np.isfinite(values[k])
+        merged[row[k], new] = values[k, new]
+        joined += bool(new.any())
+    repeated = int((~first).sum()) - joined
+    if joined:
+        notes.append(f"{joined} messages have the stamp of another that holds other joints, and are joined with it")
+    if repeated:
+        notes.append(f"{repeated} messages repeat a stamp and are left out")
+    return time[first], merged
 
 
 def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None, name: str) -> Topic:

@@ -21,6 +21,7 @@ from synth.motion.importers.cleaning import SHORTEST, common_turns
 from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.drive_inputs import merge_inputs
 from synth.motion.release import free_after
+from synth.sampling import own_moments, usual_step
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -175,7 +176,8 @@ def _leg(leg: Leg) -> dict[str, Any]:
 
 def _missing(made: ImportedRecording, joints: Sequence[str]) -> dict[str, int]:
     """Joint -> its missing readings in the trial, where there are any."""
-    counts = np.isnan(made.angles).sum(axis=0)
+    known = np.isfinite(made.angles)
+    counts = (own_moments(made.time, known) & ~known).sum(axis=0)
     return {name: int(count) for name, count in zip(joints, counts, strict=True) if count}
 
 
@@ -190,7 +192,7 @@ def _trial(trial: ImportedTrial, folder: Path, joints: Sequence[str]) -> dict[st
         "samples": len(made.time),
         "samples_in_source": made.total,
         "missing": _missing(made, joints),
-        "rate": quantity(1.0 / float(np.median(np.diff(made.time))), "Hz"),
+        "rate": quantity(1.0 / usual_step(made.time, np.isfinite(made.angles)), "Hz"),
         "notes": list(made.notes),
     }
     if made.release is not None:

@@ -122,6 +122,8 @@ def _restore_sides(markers: Markers, chosen: list[int], time: Array, notes: list
 def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]) -> Array:
     """(n, n_point, 2): right and up."""
     if space.shape[2] == 2:
+        if markers.picture is not None:
+            return _along(space, mapping.plane or markers.picture, markers)
         if mapping.plane is not None:
             text = "the file's points are in an image plane already; leave `plane` out"
             raise UserError(Problem(text, markers.name, key="plane"))
@@ -137,13 +139,8 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
         text = "its points are in space: give the axes to the right and up in the plane of motion, for example "
         text += f"plane: [x, z], [-y, z] or [fit, z] (--plane=x,z). The points move by ({sizes}, SD)"
         raise UserError(Problem(text, markers.name))
-    axes = [_AXIS.fullmatch(axis.strip().casefold()) for axis in mapping.plane]
-    if None in axes or len({axis[2] for axis in axes if axis}) < 2:
-        text = f"[{', '.join(mapping.plane)}] is not a plane: write two of x, y, z, such as [x, z], [-y, z] or [fit, z]"
-        raise UserError(Problem(text, markers.name, key="plane"))
-    picked = [("xyz".index(axis[2]), -1.0 if axis[1] == "-" else 1.0) for axis in axes if axis]
-    flat = np.stack([sign * space[..., index] for index, sign in picked], axis=-1)
-    (left_out,) = {0, 1, 2} - {index for index, _ in picked}
+    flat = _along(space, mapping.plane, markers)
+    (left_out,) = {index for index in range(3) if not any("xyz"[index] in axis.casefold() for axis in mapping.plane)}
     across = np.abs(np.diff(space[..., left_out], axis=1))
     along = np.linalg.norm(np.diff(flat, axis=1), axis=-1)
     out = np.nanpercentile(np.degrees(np.arctan2(across, along)), 95)
@@ -151,6 +148,18 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
         plane = ", ".join(mapping.plane)
         notes.append(f"links stand up to {out:.0f} deg out of the plane [{plane}]: is it correct?")
     return flat
+
+
+def _along(points: Array, plane: tuple[str, str], markers: Markers) -> Array:
+    """(n, n_point, 2) of points (n, n_point, 2 or 3) along two of their axes, with signs: to the right and up."""
+    names = "xyz"[: points.shape[2]]
+    axes = [_AXIS.fullmatch(axis.strip().casefold()) for axis in plane]
+    picked = [(names.find(axis[2]), -1.0 if axis[1] == "-" else 1.0) for axis in axes if axis]
+    if len({index for index, _ in picked if index >= 0}) < 2:
+        examples = "[x, z], [-y, z] or [fit, z]" if names == "xyz" else "[x, y] or, if y counts downward, [x, -y]"
+        text = f"[{', '.join(plane)}] is not a plane: write two of {', '.join(names)}, such as {examples}"
+        raise UserError(Problem(text, markers.name, key="plane"))
+    return np.stack([sign * points[..., index] for index, sign in picked], axis=-1)
 
 
 def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> Array:

@@ -347,3 +347,25 @@ def test_a_column_of_text_is_not_searched_for_numbers_at_each_of_its_cells(
     monkeypatch.setattr(np, "isnan", counted)
     read_plain_csv(tmp_path / "a.csv", PLAIN, "a.csv")
     assert looked[0] <= 10 * rows
+
+
+def test_joints_read_a_moment_apart_are_neither_lost_nor_missing(tmp_path: Path) -> None:
+    """Steps of 0.1 and 4.9 ms from row to row were thousands of lost frames, and half of each joint was missing."""
+    time, measured = angles()
+    both = np.sort(np.r_[time, time + 1e-4])
+    data = pd.DataFrame({"time [s]": both}).join(
+        pd.DataFrame(np.repeat(measured, 2, axis=0), columns=["hip [deg]", "knee [deg]", "ankle [deg]"])
+    )
+    data.loc[::2, "ankle [deg]"] = np.nan
+    data.loc[1::2, ["hip [deg]", "knee [deg]"]] = np.nan
+    data.to_csv(tmp_path / "a.csv", index=False)
+    found = imported(tmp_path / "a.csv", cut="keep")
+    told = "its joints are sampled at different moments (hip 300, knee 300, ankle 300): each has its own clock"
+    assert told in found.notes
+    assert not any("lost" in note or "missing" in note for note in found.notes)
+    data.loc[[100, 102], "knee [deg]"] = np.nan
+    data.drop(index=range(200, 204)).to_csv(tmp_path / "b.csv", index=False)
+    notes = "; ".join(imported(tmp_path / "b.csv", cut="keep").notes)
+    assert "2 frames are lost in 1 gaps of the clock, the first after 0.495 s" in notes
+    assert "knee: 2 of 298 samples are missing and not filled; the longest gap is 15 ms, from 0.245 s on" in notes
+    assert notes.count("missing") == 1
