@@ -27,7 +27,8 @@ class Balance:
     """One joint's balance in one point.
 
     ``rotation`` rad; ``torque`` N m of the spring, ``k (q - rest)``, in q's sense; errors as standard
-    deviations; ``weighed`` whether a known torque or mass acts, not only the leg's own weight.
+    deviations; ``weighed`` whether a known torque or mass acts, not only the leg's own weight. ``applied`` N m in q's
+    sense, the known torque.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Balance:
     torque_error: float
     angle_error: float
     weighed: bool = True
+    applied: float = 0.0
 
     def residual(self, log_rate: float, rest: float) -> float:
         """Residual in standard deviations."""
@@ -56,12 +58,14 @@ class Balance:
 class JudgedPoint:
     """A point's balance and its fit: measured and fitted spring torque, N m in q's sense, and their difference.
 
-    ``deviations`` : the difference in standard deviations.
+    ``deviations`` : the difference in standard deviations of the point. ``left_out`` : the recordings contradict it,
+    and it is no part of the fit.
     """
 
     balance: Balance
     fitted: float
     deviations: float
+    left_out: bool = False
 
 
 def balances(leg: Leg, points: Sequence[StaticPoint]) -> tuple[Balance, ...]:
@@ -73,22 +77,27 @@ def balances(leg: Leg, points: Sequence[StaticPoint]) -> tuple[Balance, ...]:
         if not point.supported:
             weight = static_torque(coefficients(leg, point.tip_mass), rotation, leg.tilt + point.tilt)
         for j in point.balanced:
-            torque = float(leg.sign[j] * point.torques[j] - weight[j])
+            applied = float(leg.sign[j] * point.torques[j])
+            torque = applied - float(weight[j])
             error = point.torque_error
             if error is None:
                 error = max(TORQUE_SHARE * abs(torque), 1e-9)
             weighed = point.tip_mass > 0.0 or bool(np.any(point.torques != 0.0))
-            found.append(Balance(point.name, j, float(rotation[j]), torque, error, point.angle_error, weighed))
+            turned, angle_error = float(rotation[j]), point.angle_error
+            found.append(Balance(point.name, j, turned, torque, error, angle_error, weighed, applied))
     return tuple(found)
 
 
-def judge_points(points: Sequence[Balance], rate: Array, rest: Array) -> tuple[JudgedPoint, ...]:
+def judge_points(
+    points: Sequence[Balance], rate: Array, rest: Array, *, left_out: bool = False
+) -> tuple[JudgedPoint, ...]:
     """Each balance at fitted spring rates (n,) N m/rad and rests (n,) rad."""
     return tuple(
         JudgedPoint(
             point,
             float(rate[point.joint] * (point.rotation - rest[point.joint])),
             point.residual(float(np.log(rate[point.joint])), float(rest[point.joint])),
+            left_out,
         )
         for point in points
     )

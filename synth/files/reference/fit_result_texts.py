@@ -34,7 +34,7 @@ FIT = {
     "families[].open_end": "Whether stiffer pairs than the last one would also fit.",
     "families[].text": "The result in words.",
     "proposals": "Measurements that would determine them.",
-    "static": "Static points used in addition to trials.",
+    "static": "Static points beside the trials; `left_out` is true for those that contradict them.",
     "intervals.by": "Method of the intervals.",
     "interval_sources[].joint": "The joint.",
     "interval_sources[].quantity": "The estimate.",

@@ -13,7 +13,8 @@ SECTIONS: dict[str, str] = {
     "tolerance": "Standard deviations from manufacturing and measurement. A joint's name is also allowed as a key, "
     "with a mapping of its own: `knee: {mass: 5 %}`.",
     "prior": "Prior standard deviations of the leg file's own values; default: no prior.",
-    "static": "One item under `static:`: a pose in which the leg was held still.",
+    "static": "One item under `static:`: a pose in which the leg was held still. One that contradicts the recordings "
+    "is named and left out.",
     "clock": "The clock's column, if its name does not identify it.",
     "input_column": "A column with an input of a drive; the column's name alone is also allowed.",
     "commands": "A topic of commands; its name alone is also allowed, and one without the list.",
