@@ -23,6 +23,7 @@ from synth.fit.free_motion_start import (
     recordings_from,
     start_sentence,
 )
+from synth.fit.joint_laws import AnotherLaw
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.pieces_start import refine_by_pieces
@@ -31,7 +32,6 @@ from synth.fit.recordings import Recording
 from synth.fit.refinement import misfit, refine, refine_other_starts
 from synth.fit.report_fit import FittedTreatments, Treatment, result_of
 from synth.fit.ridge import MISFIT, soften
-from synth.fit.speed_laws import AnotherLaw
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances

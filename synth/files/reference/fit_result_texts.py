@@ -57,6 +57,7 @@ FIT = {
     "law.effect": "Effect that explains what springs and linear dampers leave; `law` is missing if none does.",
     "law.torque.NAME": "Dry friction at the joint, for that effect.",
     "law.coefficient.NAME": "Quadratic damping at the joint, for that effect.",
+    "law.stiffening.NAME": "The spring's torque at 1 rad beyond its rate's, which grows with the cube of deflection.",
     "law.explains": "Share of the mean squared error above the samples' scatter that it explains.",
     "lost_samples": "Number of outliers, alone or in runs of up to three samples, that were left out.",
     "trials[].file": "The recording.",

@@ -30,7 +30,8 @@ KEYS: dict[str, str] = {
     "fit.trials": TRIALS,
     "fit.free_angle": "`common`: one for all trials; `per_trial`: one each, with their spread; `auto`: from the data.",
     "fit.release": "`free`: the driven beginning is cut; `recorded`: all samples are fitted.",
-    "fit.laws": "`auto`: dry friction or quadratic damping is added where it explains the motion; `linear`: never.",
+    "fit.laws": "`auto`: dry friction, quadratic damping or a cubic spring torque is added where it explains the "
+    "motion; `linear`: never.",
     "fit.wanted": "In place of `trials`: characteristics of each joint's motion: frequency, damping, rise time.",
     "wanted.rest": "Measured angle at which the joint rests.",
     "wanted.amplitude": "From there to the release, in the measured angle's sense.",
