@@ -200,9 +200,9 @@ class _Comparison:
         point, slope = self.every[k], self.errors
         rates, rests = _springs(unknowns_of(self.model), self.stage.solution.values)
         rate = float(np.exp(rates[point.joint]))
-        torque = rate * (point.rotation - float(rests[point.joint]))
-        own = float(np.hypot(point.torque_error, rate * point.angle_error))
-        width = NORMAL90 * own * float(np.sqrt(slope.by_fit[k] + slope.by_links[k]))
+        rest = float(rests[point.joint])
+        torque = point.spring_torque(rate, rest)
+        width = NORMAL90 * point.error(rate, rest) * float(np.sqrt(slope.by_fit[k] + slope.by_links[k]))
         return LeftOutPoint(point, torque, width, deviations, turned, beside)
 
     def _deviations(self, some: Sequence[Balance], factor: float) -> float:

@@ -17,6 +17,7 @@ from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case, with_l
 from synth import FitSettings, fit
 from synth.commands.answers import fit_text
 from synth.files.leg_file import read_leg
+from synth.files.static_points_file import StaticPoint
 from synth.files.trial_list import Trial, read_trials
 from synth.fit.estimate import cut_or_law, fit_leg
 from synth.fit.fit_options import LegFitOptions
@@ -136,6 +137,20 @@ def test_a_spring_that_hardens_or_softens_is_no_hand(cubic: float) -> None:
     assert rate.low < 2.0 < rate.high
     assert result.leg.joints[0].effects["hardening_spring"]["stiffening"] == pytest.approx(size["value"])
     assert "grows with the cube of deflection" in result.warnings[0]
+
+
+def test_a_static_point_far_out_agrees_with_a_spring_that_hardens() -> None:
+    """Only the spring's rate was compared with it: 20 % of its torque were missing."""
+    leg, trials = bending(1.0, (20, -35, 12))
+    turned = math.radians(40.0)
+    point = StaticPoint("far", np.array([turned + math.radians(30.0)]), np.array([2.0 * turned + turned**3]), (0,),
+                        torque_error=0.005, angle_error=math.radians(0.1))  # fmt: skip
+    result = fit_leg(leg, recordings(leg, trials), replace(AUTO, tolerance=None, static=(point,)))
+    (judged,) = result.static
+    assert result.law["effect"] == "hardening_spring"
+    assert not judged.left_out
+    assert abs(judged.deviations) < 2.0
+    assert judged.fitted == pytest.approx(2.0 * turned + turned**3, rel=0.01)
 
 
 def test_a_search_weighs_every_trial_by_its_own_noise() -> None:
