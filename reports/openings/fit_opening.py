@@ -13,7 +13,11 @@ from synth.reports.section import mapping, sequence
 from synth.reports.sections import motion
 
 EXPLAINED = 1.5  # times the scatter of the samples: largest residual of a model that explains them
-LAWS = {"torque": "Dry friction", "coefficient": "Quadratic damping"}  # by the key of their size
+LAWS = {
+    "torque": "Dry friction",
+    "coefficient": "Quadratic damping",
+    "stiffening": "Cubic stiffness",
+}  # by their size's key
 CERTAIN_SHARE = 0.25  # half an interval over its value, above which a rate is called uncertain
 
 

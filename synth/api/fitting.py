@@ -42,8 +42,8 @@ class FitSettings:
 
     None: as in the project, for a leg the default of the project file.
     ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts the driven part at the beginning,
-    ``recorded`` fits all samples. ``laws``: ``auto`` adds dry friction or quadratic damping where it explains the
-    motion, ``linear`` never. ``options``: a mapping such as ``{"weight": "equal"}`` changes what it names;
+    ``recorded`` fits all samples. ``laws``: ``auto`` adds dry friction, quadratic damping or a cubic spring where it
+    explains the motion, ``linear`` never. ``options``: a mapping such as ``{"weight": "equal"}`` changes what it names;
     ``FitOptions`` replaces the project's section ``fit`` as a whole, as ``tolerance`` and ``prior`` do theirs. Without
     a prior, as with ``RatePrior()``, values in the leg are only starting points.
     """

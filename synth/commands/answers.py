@@ -102,7 +102,7 @@ def _law_text(content: Json) -> str:
     law = content.get("law")
     if not law:
         return ""
-    key = "torque" if "torque" in law else "coefficient"
+    key = next(key for key in ("torque", "coefficient", "stiffening") if key in law)
     sizes = [f"{name} {_number(size)} {size['unit']}" for name, size in law[key].items()]
     return f"{law['effect'].replace('_', ' ')}: {', '.join(sizes)}\n"
 

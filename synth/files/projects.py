@@ -39,7 +39,9 @@ class _FitFile:
         FreeAngle, Because("the data decide whether each trial has its own"), Field(examples=["per_trial"])
     ] = "auto"
     release: Annotated[Release, Because("the driven beginning of a recording is not free motion and is cut")] = "free"
-    laws: Annotated[Laws, Because("dry friction or quadratic damping is added where it explains the motion")] = "auto"
+    laws: Annotated[
+        Laws, Because("dry friction, quadratic damping or a cubic spring is added where it explains the motion")
+    ] = "auto"
     trials: Annotated[list[Any] | None, Field(min_length=1, examples=["[trials/*.csv]"])] = None
     wanted: Any = None
     name: Title | None = None
@@ -56,8 +58,8 @@ class FitProject:
     ``prior`` None: values in the leg file are only starting points. ``defaults``: values that the file omits.
     ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: uncertainty of the
     leg file's links. ``wanted``: joint -> characteristics of a motion instead of trials. ``release``: ``free``:
-    the driven beginning is cut; ``recorded``: all samples are fitted. ``laws``: ``auto``: dry friction or quadratic
-    damping is added where it explains the motion; ``linear``: never.
+    the driven beginning is cut; ``recorded``: all samples are fitted. ``laws``: ``auto``: dry friction, quadratic
+    damping or a cubic spring is added where it explains the motion; ``linear``: never.
     """
 
     path: Path

@@ -14,8 +14,7 @@ the leg is ``supported`` (carried, or removed) the joints with a torque suffice.
 torque acts, in the measured angle's positive sense, zero for the others. The balance is evaluated at the joints
 under ``torque``, or at all if there is none, but never at those that are ``locked``. ``tip_mass`` and ``tilt`` as in
 a trial. ``torque_error`` and ``angle_error`` are standard deviations, by default 2 % of the spring's torque and 0.5
-deg.
-left out.
+deg. A point that contradicts the recordings is named and left out (``fit.point_check``).
 """
 
 from __future__ import annotations

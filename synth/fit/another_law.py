@@ -1,9 +1,9 @@
-"""Dry friction or quadratic damping at the joints, where springs and linear dampers do not explain a motion.
+"""Dry friction, quadratic damping or a spring that is not linear, where the linear leg does not explain a motion.
 
 A joint that rubs is the most usual leg with another law. Fitted without it, the first samples and the later ones ask
 for different rates, as if a hand acted at first, and a spring on the ridge of an overdamped joint comes out at a
 multiple of its rate. A search (``law_search``) begins at the fit without the law; unless that explains the motion, one
-begins at the weak form with it (``law_start``).
+begins at the weak form with it (``law_start``); not for a spring, whose law bends the motion smoothly.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.law_search import LAW_RESIDUE, LawPoint, LawSearch
+from synth.fit.joint_laws import LAWS, AnotherLaw, JointLaw
+from synth.fit.law_search import LawPoint, LawSearch
 from synth.fit.law_start import law_starts
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
-from synth.fit.speed_laws import LAWS, AnotherLaw, SpeedLaw
 from synth.fit.uncertainty import clipped_rms
 from synth.swing.leg_model import Leg
 
@@ -58,7 +58,7 @@ def another_law(
 
 
 def _best_search(
-    law: SpeedLaw, leg: Leg, some: Sequence[Recording], options: LegFitOptions, stage: Stage, scatter: Array
+    law: JointLaw, leg: Leg, some: Sequence[Recording], options: LegFitOptions, stage: Stage, scatter: Array
 ) -> AnotherLaw | None:
     """The best end of searches from the fit ``stage`` without the law, and from the weak form with it."""
     search = LawSearch(law, leg, some, options, stage, scatter)
@@ -66,7 +66,7 @@ def _best_search(
     if linear is None:
         return None
     best = search, search.descend(linear, first=True) or linear
-    if not search.explained(best[1]):
+    if not search.explained(best[1]) and not law.of_deflection:
         for size, begun in law_starts(law, leg, some, options, stage):
             search = LawSearch(law, leg, some, options, begun, scatter)
             here = search.point(size)
@@ -78,7 +78,7 @@ def _best_search(
             if search.explained(here):
                 break
     search, here = best
-    polish = search.share(here, linear) <= LAW_RESIDUE and not search.explained(here)
+    polish = search.share(here, linear) <= law.residue and not search.explained(here)
     return search.law_at(search.polish(here) if polish else here, linear)
 
 

@@ -23,14 +23,15 @@ from synth.fit.free_motion_start import (
     recordings_from,
     start_sentence,
 )
+from synth.fit.joint_laws import AnotherLaw
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.pieces_start import refine_by_pieces
+from synth.fit.point_check import CheckedPoints, check_points, without_balances
 from synth.fit.recordings import Recording
 from synth.fit.refinement import misfit, refine, refine_other_starts
-from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
-from synth.fit.ridge import soften
-from synth.fit.speed_laws import AnotherLaw
+from synth.fit.report_fit import FittedTreatments, Treatment, result_of
+from synth.fit.ridge import MISFIT, soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
@@ -69,16 +70,43 @@ def fit_leg(
     if not recordings:
         raise UserError("no trial remains to fit: all are held out")
     options = options or LegFitOptions()
-    model = model_of(leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
     if options.near is not None:
-        return _fit_near(model, recordings, options, options.near)
+        return _fit_near(leg, recordings, options, options.near)
+    return _fit_checked(leg, recordings, options, _checked_points(leg, recordings, options), error, start)
+
+
+def _checked_points(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions) -> CheckedPoints:
+    """The static points that do not contradict the fit to the recordings alone."""
+    if not options.static:
+        return CheckedPoints(())
+    alone, scatter = replace(options, static=()), sample_scatter(recordings)
+    model = model_of(leg, options.curves, recordings=recordings, prior=options.prior)
+    treatments, probability = _treatments(model, recordings, alone, scatter, None)
+    mode, _ = _choose(leg, treatments, probability, alone, len(recordings))
+    return check_points(model, recordings, treatments[mode].stage, options, scatter)
+
+
+def _fit_checked(
+    leg: Leg,
+    recordings: Sequence[Recording],
+    asked: LegFitOptions,
+    points: CheckedPoints,
+    error: ModelError | None,
+    start: Array | None,
+) -> FitResult:
+    """The fit with the ``points`` of those ``asked``.
+
+    Fits to later samples, or with another law, are asked anew: a point may contradict this model only.
+    """
+    options = replace(asked, static=points.static)
+    model = model_of(leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
     drive = detect_drive(leg, recordings) if options.release == "free" else None
     if drive is not None and drive.accepted and recordings_from(recordings, cut_of(drive)) is not None:
         law = _law_of_all_samples(model, recordings, options) if options.laws == "auto" else None
         if law is not None and law.named:
-            return _fit_with(law, recordings, options)
+            return _fit_with(law, recordings, asked)
         note = start_sentence(drive, cut_of(drive), None)
-        return cut_or_law(_fit_later(leg, recordings, options, cut_of(drive), note), law)
+        return cut_or_law(_fit_later(leg, recordings, asked, cut_of(drive), note), law)
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter, start)
     mode, why = _choose(leg, treatments, probability, options, len(recordings))
@@ -91,15 +119,17 @@ def fit_leg(
     if options.laws == "auto" and (hidden is not None or law_suspected(recordings, chosen.stage, scatter)):
         law = another_law(leg, recordings, chosen.stage, options, scatter)
         if law is not None and law.named:
-            return _fit_with(law, recordings, options)
+            return _fit_with(law, recordings, asked)
     if drive is not None and isinstance(hidden, LateFreeMotion):
         note = start_sentence(drive, hidden.cut, hidden)
-        return cut_or_law(_fit_later(leg, recordings, options, hidden.cut, note), law)
+        return cut_or_law(_fit_later(leg, recordings, asked, hidden.cut, note), law)
     softened = _soften_stage(model, recordings, chosen.stage, scatter)
     treatments[mode] = replace(chosen, stage=softened.stage)
     if isinstance(hidden, Drift):
         error = hidden.error
-    fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least, error=error)
+    fitted = FittedTreatments(
+        treatments, mode, why, softened=softened.sentences, least=softened.least, error=error, left_out=points.left_out
+    )
     return result_of(model, recordings, fitted, scatter, options)
 
 
@@ -146,14 +176,15 @@ class _SoftenedStage:
     least: Solution | None = None
 
 
-def _fit_near(
-    model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions, near: FitResult
-) -> FitResult:
+def _fit_near(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, near: FitResult) -> FitResult:
     """Fit from an earlier result of the same recordings, with each trial's free angle fixed.
 
     Free, they would absorb the damper's curve: a slow leg in the model would appear to rest
-    elsewhere in every trial, and a spring that is far too soft would fit.
+    elsewhere in every trial, and a spring that is far too soft would fit. Points that it left out stay so.
     """
+    left_out = [point.balance for point in near.static if point.left_out]
+    options = replace(options, static=without_balances(options.static, left_out))
+    model = model_of(leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
     joints = [near.joints[name] for name in model.leg.joint_names]
     common = np.array([joint.free_angle.value for joint in joints])
     rates = np.array([joint.spring_rate.value for joint in joints])

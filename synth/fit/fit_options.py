@@ -23,8 +23,8 @@ class LegFitOptions:
     known torques. ``intervals``: from sensitivities, or by bootstrap with resampled residuals. ``tolerance``:
     uncertainty of the leg file's links, included in the intervals; None: the links are known exactly. ``release``:
     ``free``: a driven beginning is detected and cut (``free_motion_start``); ``recorded``: all samples are free motion.
-    ``laws``: ``auto``: dry friction or quadratic damping is added where it explains what springs and linear dampers do
-    not (``another_law``); ``linear``: never.
+    ``laws``: ``auto``: dry friction, quadratic damping or a cubic spring torque is added where it explains what springs
+    and linear dampers do not (``another_law``); ``linear``: never.
     """
 
     free_angle: str = "auto"

@@ -249,6 +249,7 @@ class FitResult:
                     "fitted": quantity(item.fitted, "N*m"),
                 },
                 "deviations": item.deviations,
+                **({"left_out": True} if item.left_out else {}),
             }
             for item in self.static
         ]

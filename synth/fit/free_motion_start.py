@@ -288,8 +288,8 @@ def start_sentence(drive: DetectedDrive, cut: float, hidden: LateFreeMotion | No
         few = f" (an external torque is detected in {len(drive.ends)} of {len(drive.until)})" if drive.ends else ""
         return (
             f"release: the first samples and the later ones do not fit one leg{few}: p = {hidden.probability:.1g} for "
-            f"free motion. An external torque acts at first; only samples from {_ms(cut)} after each "
-            "recording's start are fitted. To fit all: release: recorded"
+            f"free motion of springs and linear dampers. An external torque is taken to act at first; only samples "
+            f"from {_ms(cut)} after each recording's start are fitted. To fit all: release: recorded"
         )
     return (
         f"release: in {len(drive.ends)} of {len(drive.until)} recordings a torque acts at first that the leg's springs "

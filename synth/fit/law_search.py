@@ -1,6 +1,6 @@
 """A law's coefficients by Gauss-Newton steps in which all other unknowns follow.
 
-Variable projection (Golub & Pereyra, Inverse Problems 19 (2003) R1), the coefficients never below zero (Lawson &
+Variable projection (Golub & Pereyra, Inverse Problems 19 (2003) R1), those of speed never below zero (Lawson &
 Hanson, Solving Least Squares Problems, 1974, ch. 23). The first step is taken by refits, later ones by sensitivities
 (``following``). Where a joint sticks the square has breaks, so that a polish by single steps ends the search.
 """
@@ -19,22 +19,19 @@ from synth.fit.diverged_fit import divergence_refused
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.following import follow_changes
+from synth.fit.joint_laws import AnotherLaw, JointLaw, with_law
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
-from synth.fit.speed_laws import AnotherLaw, SpeedLaw, with_law
 from synth.fit.trajectories import Index, Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, correlation_times
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
-# Of the mean squared error above the samples' scatter, what a law must leave at most to be named. The right law
-# leaves what the links' errors make; where a hand is the cause, a law of speed takes little of what acts at first only.
-# Between the two it is a choice; ``make laws`` counts the legs on either side.
-LAW_RESIDUE = 0.2
-HOPELESS_RESIDUE = 0.85  # the same, as predicted by the first linear step: no further one is taken
+# Of the squared error above the samples' scatter, what the first linear step leaves at which no further one is taken.
+HOPELESS_RESIDUE = 0.85
 FIRST_STEP = 0.03  # of the torque of springs and gravity, the first step of a law's torque at the joint's RMS speed
 LEAST_STEP = 0.001  # as ``FIRST_STEP``, of a coefficient that is nearly zero
 LATER_STEP = 0.03  # of the coefficient, later ones
@@ -61,7 +58,7 @@ class LawSearch:
 
     def __init__(
         self,
-        law: SpeedLaw,
+        law: JointLaw,
         leg: Leg,
         some: Sequence[Recording],
         options: LegFitOptions,
@@ -71,9 +68,10 @@ class LawSearch:
         self.law, self.leg, self.some, self.options, self.scatter = law, leg, some, options, scatter
         self.weights, solution = stage.weights, stage.solution
         self.begin = FitStart(solution.values, solution.locals)
-        rate = unknowns_of(self._model(np.zeros(len(leg.joints)))).fitted_leg(solution.values).spring_rate
-        torque, speed = np.max([_torque_and_speed(leg, recording, rate) for recording in some], axis=0)
-        self.scale = torque / np.where(speed > 0.0, speed, np.inf) ** law.power
+        fitted = unknowns_of(self._model(np.zeros(len(leg.joints)))).fitted_leg(solution.values)
+        torque, speed, deflection = np.max([_torque_and_motion(fitted, recording) for recording in some], axis=0)
+        motion = deflection if law.of_deflection else speed
+        self.scale = torque / np.where(motion > 0.0, motion, np.inf) ** law.power
         self.noise = np.where(np.isfinite(self.weights.noise), self.weights.noise, np.inf)
         counted = sum(int(recording.counts.sum()) for recording in some)
         # In units of the residuals, as another sample of the scatter.
@@ -95,7 +93,8 @@ class LawSearch:
             if first and not turn and not _promises_gain(slopes.residual, side, floor):
                 return None
             pull = np.diag(self.expected)
-            wanted = _not_below_zero(np.vstack([slopes.residual, pull]), np.concatenate([side, np.zeros(len(pull))]))
+            columns, sides = np.vstack([slopes.residual, pull]), np.concatenate([side, np.zeros(len(pull))])
+            wanted = np.linalg.lstsq(columns, sides)[0] if self.law.of_deflection else _not_below_zero(columns, sides)
             moved = self._towards(wanted, here, slopes) if (wanted != here.size).any() else None
             if moved is None:
                 break
@@ -136,7 +135,7 @@ class LawSearch:
         if not here.size.any() or gain < GAIN_BESIDE_HAND:
             return None
         found = self._result(here, share)
-        return found if found is None else replace(found, named=share <= LAW_RESIDUE and gain >= LEAST_GAIN)
+        return found if found is None else replace(found, named=share <= self.law.residue and gain >= LEAST_GAIN)
 
     def share(self, here: LawPoint, linear: LawPoint) -> float:
         """Share that ``here`` leaves of the error above the scatter that ``linear`` leaves."""
@@ -153,7 +152,7 @@ class LawSearch:
         return refine(self._model(here.size), self.some, start, self.options.weight, self.weights.spread)
 
     def _next_step(self, here: LawPoint) -> Array:
-        return np.asarray(np.maximum(LATER_STEP * here.size, LEAST_STEP * self.scale))
+        return np.asarray(np.maximum(LATER_STEP * np.abs(here.size), LEAST_STEP * self.scale))
 
     def _model(self, size: Array) -> TrajectoryModel:
         """The model of the leg with these coefficients."""
@@ -264,7 +263,7 @@ class LawSearch:
         return self._independent(here) * float(np.log(before @ before / here.square))
 
     def _result(self, here: LawPoint, share: float) -> AnotherLaw | None:
-        """With the errors of all coefficients; None if none of them is surely above zero."""
+        """With the errors of all coefficients; None if none of them is surely other than zero."""
         slopes = self._slopes(here, self._next_step(here))
         if slopes is None:
             return None
@@ -272,7 +271,7 @@ class LawSearch:
         columns, moved = slopes.residual[:, used], slopes.values[:, used]
         normal = columns.T @ columns + np.diag(self.expected[used] ** 2)
         covariance = np.asarray(np.linalg.pinv(normal) * here.square / self._independent(here))
-        if not np.any(here.size[used] > SURE_DEVIATIONS * np.sqrt(np.diag(covariance))):
+        if not np.any(np.abs(here.size[used]) > SURE_DEVIATIONS * np.sqrt(np.diag(covariance))):
             return None
         with divergence_refused():
             variance, direction = spectrum(covariance)
@@ -354,15 +353,16 @@ def _not_below_zero(columns: Array, side: Array) -> Array:
     return np.asarray(nnls(columns, side)[0])
 
 
-def _torque_and_speed(leg: Leg, recording: Recording, rate: Array) -> tuple[Array, Array]:
-    """(n,) N m, how much the torques of springs of ``rate`` (n,) and of gravity vary, and (n,) rad/s RMS speed.
+def _torque_and_motion(leg: Leg, recording: Recording) -> tuple[Array, Array, Array]:
+    """(n,) N m, how much torques of springs and gravity vary; rad/s RMS speed; rad RMS deflection of the springs.
 
-    Both are 0 for a locked joint.
+    All are 0 for a locked joint.
     """
-    free = np.isin(np.arange(len(rate)), recording.free)
+    rate, free = leg.spring_rate, np.isin(np.arange(len(leg.joints)), recording.free)
     smoothed, conditions = recording.smoothed, recording.conditions
     terms = coefficients(leg, conditions.tip)
     force = momentum_and_force(terms, smoothed.angle, np.zeros_like(smoothed.rate), leg.tilt + conditions.tilt)[1]
     torque = np.hypot(rate * np.std(smoothed.angle, axis=0), np.std(force, axis=0))
     speed = np.sqrt(np.mean(smoothed.rate**2, axis=0))
-    return np.where(free, torque, 0.0), np.where(free, speed, 0.0)
+    deflection = np.sqrt(np.mean((smoothed.angle - leg.rest) ** 2, axis=0))
+    return np.where(free, torque, 0.0), np.where(free, speed, 0.0), np.where(free, deflection, 0.0)

@@ -14,10 +14,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of, unknowns_of
+from synth.fit.joint_laws import JointLaw, with_law
 from synth.fit.least_squares import FitStart, Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
-from synth.fit.speed_laws import SpeedLaw, with_law
 from synth.fit.starts import WINDOWS, first_locals, quick_costs
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.weak_form import LinearEstimate, WeakForm
@@ -28,7 +28,7 @@ LEAST_DECAY = 0.5  # 1/s of b/I, in the recordings' unit of time, where the weak
 
 
 def law_starts(
-    law: SpeedLaw, leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, stage: Stage
+    law: JointLaw, leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, stage: Stage
 ) -> Iterator[tuple[Array, Stage]]:
     """Coefficients (n,) of the law from the weak form, and all else fitted beside them; the likeliest window first.
 

@@ -7,7 +7,7 @@ than the links. The change of the estimates with each parameter follows from the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from synth.files.tolerance import Tolerance
 from synth.fit.following import follow_changes
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
-from synth.fit.static_points import balances
+from synth.fit.static_points import Balance, balances
 from synth.fit.trajectories import Index, Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.lane_layout import LANES
@@ -125,16 +125,39 @@ def _of_points(model: TrajectoryModel, values: Array, numbers: Index, static: Se
     """(p, c) change of the static points' gradient per unit of each parameter's logarithm."""
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
-    unit = Tolerances(np.ones((len(QUANTITIES), len(model.leg.joints))))
-    found = np.zeros((len(values), len(numbers)))
-    for column, number in enumerate(numbers):
+
+    def gradient(points: tuple[Balance, ...]) -> Array:
+        measured = replace(unknowns, balances=points).measured(values)
+        assert measured is not None
+        return measured[1]
+
+    return _by_links(model.leg, numbers, static, gradient)
+
+
+def residuals_by_links(leg: Leg, widths: Array, static: Sequence[StaticPoint], log_rate: Array, rest: Array) -> Array:
+    """(m, c) change of the static points' residuals per deviation of each uncertain parameter, the unknowns held.
+
+    ``widths`` as in ``link_errors``; ``log_rate`` and ``rest`` (n,) of the springs.
+    """
+    open_ = np.flatnonzero(widths.ravel() > 0.0)
+
+    def residuals(points: tuple[Balance, ...]) -> Array:
+        return np.array([point.residual(log_rate[point.joint], rest[point.joint]) for point in points])
+
+    return _by_links(leg, open_, static, residuals) * widths.ravel()[open_]
+
+
+def _by_links(
+    leg: Leg, numbers: Index, static: Sequence[StaticPoint], value: Callable[[tuple[Balance, ...]], Array]
+) -> Array:
+    """(m, c) change of a ``value`` (m,) of the static points' balances per unit of each parameter's logarithm."""
+    unit = Tolerances(np.ones((len(QUANTITIES), len(leg.joints))))
+    columns = []
+    for number in numbers:
         ends = []
         for step in (STEP, -STEP):
             x = np.zeros(unit.size)
             x[number] = step
-            points = balances(unit.leg(model.leg, x), static)
-            measured = replace(unknowns, balances=points).measured(values)
-            assert measured is not None
-            ends.append(measured[1])
-        found[:, column] = (ends[0] - ends[1]) / (2 * STEP)
-    return found
+            ends.append(value(balances(unit.leg(leg, x), static)))
+        columns.append((ends[0] - ends[1]) / (2 * STEP))
+    return np.stack(columns, axis=1)

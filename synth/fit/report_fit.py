@@ -22,8 +22,10 @@ from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
 from synth.fit.model_error import ModelError
 from synth.fit.none_rates import NoneRates, none_rates
+from synth.fit.point_check import LeftOutPoint
 from synth.fit.proposal import Known, proposals
 from synth.fit.recordings import Recording, sentences_on_reading
+from synth.fit.ridge import MISFIT
 from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
 from synth.fit.static_points import JudgedPoint, judge_points
@@ -38,7 +40,6 @@ from synth.units import significant
 
 MISPLACED_POINT = 3.0  # standard deviations from which a static point is reported
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
-MISFIT = 3.0  # RMS over sample scatter from which the model is questioned
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class FittedTreatments:
     ``searched`` : the stage does not minimise its residuals, so a large residual does not contradict the
     model.
     ``error`` : of the model, which the chosen treatment's intervals include.
+    ``left_out`` : static points that contradict the recordings.
     """
 
     treatments: Mapping[str, Treatment]
@@ -71,6 +73,7 @@ class FittedTreatments:
     searched: bool = False
     least: Solution | None = None
     error: ModelError | None = None
+    left_out: Sequence[LeftOutPoint] = ()
 
     @property
     def stage(self) -> Stage:
@@ -103,7 +106,7 @@ def result_of(
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
     rms = {name: _by_joint_name(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
     own_angles = _own_free_angles(unknowns, mode, offsets[mode])
-    static, edges = _static(unknowns, chosen.values), at_edges(unknowns, chosen.values, nones[mode].places)
+    static, edges = _static(unknowns, fitted), at_edges(unknowns, chosen.values, nones[mode].places)
     drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
     drawn = nones[mode].drawn(unknowns, chosen.values, _with_model_error(fitted.error, drawn, options.seed))
     made = _fitted_leg(leg, joints[mode])
@@ -125,7 +128,7 @@ def result_of(
         noise=noise,
         not_separable=(*not_separable(unknowns, alone, chosen.values, offsets[mode]), *ridges, *scale),
         warnings=(
-            *_first_sentences(fitted.error, recordings),
+            *_first_sentences(fitted, leg, recordings),
             *lost,
             *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles),
@@ -161,9 +164,11 @@ def _by_joint_name(names: Sequence[str], values: Array) -> dict[str, float]:
     return dict(zip(names, values.tolist(), strict=True))
 
 
-def _first_sentences(error: ModelError | None, recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """The first sentences: on the model's law, and on what is fitted."""
-    return (*((error.sentence,) if error is not None else ()), *sentences_on_reading(recordings))
+def _first_sentences(fitted: FittedTreatments, leg: Leg, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """The first sentences: on static points left out, on the model's law, and on what is fitted."""
+    points = [each.sentence(leg.joint_names[each.balance.joint]) for each in fitted.left_out]
+    laws = [fitted.error.sentence] if fitted.error is not None else []
+    return (*points, *laws, *sentences_on_reading(recordings))
 
 
 def _none_rates(
@@ -251,12 +256,13 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
     ]
 
 
-def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[JudgedPoint, ...]:
-    """The static points and their fit."""
-    n = len(unknowns.leg.joints)
+def _static(unknowns: SpringsAndDampers, fitted: FittedTreatments) -> tuple[JudgedPoint, ...]:
+    """The static points and their fit, those that are no part of it last."""
+    n, values = len(unknowns.leg.joints), fitted.stage.solution.values
     rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
     rest = values[[unknowns.rest_at(j) for j in range(n)]]
-    return judge_points(unknowns.balances, rate, rest)
+    others = judge_points([each.balance for each in fitted.left_out], rate, rest, left_out=True)
+    return (*judge_points(unknowns.balances, rate, rest), *others)
 
 
 def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
@@ -267,7 +273,7 @@ def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
         f"{abs(item.deviations):.1f} standard deviations apart: a wrong reading, link masses that are off, or a spring "
         "that is not linear"
         for item in static
-        if abs(item.deviations) > MISPLACED_POINT
+        if abs(item.deviations) > MISPLACED_POINT and not item.left_out
     ]
 
 

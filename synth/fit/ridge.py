@@ -26,6 +26,7 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import at_joint
 from synth.swing.mechanics import outboard_inertia
 
+MISFIT = 3.0  # RMS over sample scatter from which the model is questioned
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
 POINTS_COST = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them

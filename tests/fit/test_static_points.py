@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, errors, fitted, release, releases, robot
+from robustness.random_legs import TOLERANCE_OF_LINKS
 from synth.errors import Problem
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.yaml_lines import load
+from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import LegFitOptions
+from synth.fit.recordings import Recording, recordings
 from synth.fit.ridge import POINTS_COST
 from synth.fit.static_points import balances
+from synth.remarks import Remark
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
@@ -96,6 +103,87 @@ def test_a_wrong_static_torque_shows_in_its_residual() -> None:
     assert max(abs(item.deviations) for item in bad.static) > 5.0
     assert any("static point twice" in text and "knee" in text for text in bad.warnings)
     assert not any("static point" in text for text in good.warnings)
+
+
+def swinging(leg: Leg) -> list[Recording]:
+    """Releases with 0.05 deg of noise, which a leg of springs and linear dampers fits to the noise."""
+    return recordings(bare(leg), releases(leg, 3, Rig(noise=0.05), 2))
+
+
+SWINGS = robot([12.0, 3.1, 0.6], [0.25, 0.05, 0.006])
+SHARP = {"torque_error": 0.02, "angle_error": math.radians(0.1), "supported": True}
+AUTO = LegFitOptions(release="free", laws="auto", tolerance=TOLERANCE_OF_LINKS)
+
+
+def spring_alone(leg: Leg, pose: np.ndarray, joint: int, factor: float = 1.0, **errors: object) -> StaticPoint:
+    """As ``held``, of the supported leg: the spring alone, its torque times a factor."""
+    spring, torques = leg.joints[joint].spring, np.zeros(3)
+    assert spring is not None
+    torques[joint] = factor * spring.rate * (np.radians(pose[joint]) - spring.free_angle)
+    return StaticPoint("static[1]", np.radians(pose), torques, (joint,), **errors)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("joint", "errors"), [(0, SHARP), (2, {**SHARP, "torque_error": 0.002})])
+def test_a_point_of_the_wrong_sign_is_left_out_and_the_recordings_fit_is_kept(
+    joint: int, errors: dict[str, object]
+) -> None:
+    """One number with a small error took the leg to 21 deg RMS, and a hand and another law were blamed."""
+    made, linear = swinging(SWINGS), replace(AUTO, laws="linear")
+    alone = fit_leg(bare(SWINGS), made, linear)
+    pose = np.array([125.0, 118.0, 150.0])
+    wrong = fit_leg(bare(SWINGS), made, replace(AUTO, static=(spring_alone(SWINGS, pose, joint, -1.0, **errors),)))
+    for name, found in wrong.joints.items():
+        assert found.spring_rate.value == pytest.approx(alone.joints[name].spring_rate.value, rel=1e-6)
+        assert found.spring_rate.high == pytest.approx(alone.joints[name].spring_rate.high, rel=1e-6)
+    assert wrong.rms == pytest.approx(alone.rms, rel=1e-6)
+    assert (wrong.cut, wrong.law) == (0.0, {})
+    first, *others = wrong.warnings
+    assert (
+        f"static point static[1], {SWINGS.joint_names[joint]}: it contradicts the recordings and is left out" in first
+    )
+    assert "With the torque's sign turned it agrees" in first
+    assert isinstance(first, Remark)
+    assert first.severity == "decide"
+    assert others == list(alone.warnings)
+    (point,) = wrong.as_json()["static"]
+    assert point["left_out"] is True
+    right = fit_leg(bare(SWINGS), made, replace(linear, static=(spring_alone(SWINGS, pose, joint, **errors),)))
+    assert "left_out" not in right.as_json()["static"][0]
+    assert right.warnings == alone.warnings
+
+
+def test_of_several_points_only_the_wrong_ones_balance_is_left_out() -> None:
+    made, pose = swinging(SWINGS), np.array([125.0, 118.0, 150.0])
+    points = [replace(spring_alone(SWINGS, pose, j, f, **SHARP), name=f"p{j}") for j, f in ((0, 1.0), (1, 1.6))]
+    both = replace(points[0], torques=points[0].torques + points[1].torques, balanced=(0, 1))
+    result = fit_leg(bare(SWINGS), made, replace(AUTO, laws="linear", static=(both,)))
+    assert [(item.balance.joint, item.left_out) for item in result.static] == [(0, False), (1, True)]
+    assert "knee: it contradicts the recordings" in result.warnings[0]
+    assert "sign" not in result.warnings[0]
+
+
+def test_points_that_a_ridge_allows_by_themselves_but_not_together_are_left_out() -> None:
+    """A hip whose releases tell b/k alone: each point chooses its own place on the ridge."""
+    made = recordings(bare(OVERDAMPED), releases(OVERDAMPED, 1, Rig(noise=0.5), 3))
+    sharp = {"torque_error": 0.05, "angle_error": math.radians(0.1), "supported": True}
+    pair = [
+        replace(spring_alone(OVERDAMPED, np.array([hip, 112.0, 141.0]), 0, f, **sharp), name=f"p{hip:.0f}")
+        for hip, f in ((118.0, 1.0), (120.0, 1.5))
+    ]
+    for point in pair:
+        (alone,) = fit_leg(bare(OVERDAMPED), made, LegFitOptions(static=(point,))).static
+        assert not alone.left_out
+    result = fit_leg(bare(OVERDAMPED), made, LegFitOptions(static=tuple(pair)))
+    assert all(item.left_out for item in result.static)
+    assert "the static points contradict each other" in result.warnings[0]
+
+
+def test_a_wrong_sign_is_left_out_where_only_a_point_tells_the_spring() -> None:
+    made = recordings(bare(OVERDAMPED), releases(OVERDAMPED, 1, Rig(noise=0.5), 3))
+    point = spring_alone(OVERDAMPED, POSE, 0, -1.0, **SHARP)
+    result = fit_leg(bare(OVERDAMPED), made, LegFitOptions(static=(point,)))
+    assert result.static[0].left_out
+    assert "With the torque's sign turned it agrees" in result.warnings[0]
 
 
 GOOD = "  - {angles: {hip: 118 deg, knee: 112 deg, ankle: 141 deg}, torque: {hip: 4 N*m}, torque_error: 0.1 N*m}\n"

@@ -1,7 +1,8 @@
 """Legs with another law than springs and linear dampers: ``python -m robustness.laws --seed 980000 --count 22``.
 
-Each leg is recorded with dry friction at its joints, with quadratic damping, driven by a hand for 0.15 s, and free. It
-is fitted as ``synth fit`` does and with ``laws: linear``, from links that are off by their tolerances.
+Each leg is recorded with dry friction at its joints, with quadratic damping, with hardening springs, driven by a hand
+for 0.15 s, and free. It is fitted as ``synth fit`` does and with ``laws: linear``, from links that are off by their
+tolerances.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ def free(case: Case, driven: float = 0.0) -> Case:
 KINDS: dict[str, Callable[[Case], Case]] = {
     "dry friction": lambda case: with_law(case, "coulomb_friction"),
     "quadratic damping": lambda case: with_law(case, "quadratic_damping"),
+    "hardening spring": lambda case: with_law(case, "hardening_spring"),
     "hand for 0.15 s": lambda case: free(case, 0.15),
     "free": free,
 }

@@ -199,7 +199,8 @@ def random_case(seed: int, recorder: Recorder | None = None, links: int | None =
 def with_law(case: Case, effect: str) -> Case:
     """The case let go freely, every joint with another law; the true leg has it, ``off`` and ``bare`` do not.
 
-    Dry friction of 8 % of the spring's torque at 15 deg, or quadratic damping of half the damper's rate at 1 rad/s.
+    Dry friction of 8 % of the spring's torque at 15 deg, quadratic damping of half the damper's rate at 1 rad/s, or a
+    spring whose cubic torque at 1 rad is that of its rate: at 15 deg it is 7 % stiffer.
     """
     effects = {}
     for joint in case.leg.joints:
@@ -209,6 +210,7 @@ def with_law(case: Case, effect: str) -> Case:
         size = {
             "coulomb_friction": ("torque", 0.08 * joint.spring.rate * math.radians(15.0)),
             "quadratic_damping": ("coefficient", 0.5 * joint.damper.rate),
+            "hardening_spring": ("stiffening", joint.spring.rate),
         }[effect]
         effects[joint.name] = {"effects": {effect: dict([size])}}
     recorder, generator = replace(case.recorder, driven=0.0), np.random.default_rng(case.seed)

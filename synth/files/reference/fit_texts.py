@@ -13,7 +13,8 @@ SECTIONS: dict[str, str] = {
     "tolerance": "Standard deviations from manufacturing and measurement. A joint's name is also allowed as a key, "
     "with a mapping of its own: `knee: {mass: 5 %}`.",
     "prior": "Prior standard deviations of the leg file's own values; default: no prior.",
-    "static": "One item under `static:`: a pose in which the leg was held still.",
+    "static": "One item under `static:`: a pose in which the leg was held still. One that contradicts the recordings "
+    "is named and left out.",
     "clock": "The clock's column, if its name does not identify it.",
     "input_column": "A column with an input of a drive; the column's name alone is also allowed.",
     "commands": "A topic of commands; its name alone is also allowed, and one without the list.",
@@ -29,7 +30,8 @@ KEYS: dict[str, str] = {
     "fit.trials": TRIALS,
     "fit.free_angle": "`common`: one for all trials; `per_trial`: one each, with their spread; `auto`: from the data.",
     "fit.release": "`free`: the driven beginning is cut; `recorded`: all samples are fitted.",
-    "fit.laws": "`auto`: dry friction or quadratic damping is added where it explains the motion; `linear`: never.",
+    "fit.laws": "`auto`: dry friction, quadratic damping or a cubic spring torque is added where it explains the "
+    "motion; `linear`: never.",
     "fit.wanted": "In place of `trials`: characteristics of each joint's motion: frequency, damping, rise time.",
     "wanted.rest": "Measured angle at which the joint rests.",
     "wanted.amplitude": "From there to the release, in the measured angle's sense.",
