@@ -5,7 +5,7 @@ read a file written by ``pynwb`` with ``ndx-pose``.
 
 The series' ``reference_frame`` is a sentence on the origin. "(0,0) corresponds to the bottom left corner of the video"
 is what exporters of DeepLabCut's positions write, which count from the top (DLC2NWB, NeuroConv), and what others may
-mean: with such a sentence the project must state the axes.
+mean: they are read as counted from the top, and a warning asks for the axes.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.likelihood import without_unlikely
 from synth.motion.importers.registry import HDF5, hdf5_names, loader
+from synth.remarks import decisive
 
 _READ = """
 import h5py
@@ -69,7 +70,7 @@ def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : several poses or clocks in one file, or series of different lengths; a picture with unclear axes.
+    UserError : several poses or clocks in one file, or series of different lengths.
     """
     content = read_in_child(_READ, path, name, "NWB")
     parts = [str(part).removesuffix("PoseEstimationSeries") or str(part) for part in content["names"]]
@@ -91,21 +92,22 @@ def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
     both = np.stack(scores, axis=1) if len(scores) == len(parts) else None
     notes = without_unlikely(positions, both, mapping.likelihood, "confidence", name)
     if positions.shape[2] == 2 and mapping.plane is None:
-        _refuse_unclear_axes([str(content[f"frame{k}"]) for k in range(len(parts))], name)
+        notes += _unclear_axes([str(content[f"frame{k}"]) for k in range(len(parts))], name)
     return Markers(
         name, tuple(parts), positions, time * rate, rate, str(content["unit0"]), notes, up="z", time=time,
         picture=PICTURE,
     )  # fmt: skip
 
 
-def _refuse_unclear_axes(sentences: list[str], name: str) -> None:
-    """Ask for the axes of a picture where a series' ``reference_frame`` tells of an origin below."""
+def _unclear_axes(sentences: list[str], name: str) -> tuple[str, ...]:
+    """A warning where a series' ``reference_frame`` tells of an origin below."""
     below = next((sentence for sentence in sentences if FROM_BELOW.search(sentence)), None)
-    if below is not None:
-        text = f'says "{below[:LONGEST]}", which exporters also write of positions that count from the top. State '
-        text += "which axes are right and up: plane: [x, y] (--plane=x,y) if y grows upward; plane: [x, -y] "
-        text += "(--plane=x,-y) if downward, as DeepLabCut's and SLEAP's positions do"
-        raise UserError(Problem(text, name, key="reference_frame"))
+    if below is None:
+        return ()
+    text = f'{name}: reference_frame says "{below[:LONGEST]}", which exporters also write of positions that count from '
+    text += "the top. The positions are read as counted from the top, as DeepLabCut's and SLEAP's are"
+    remedy = "State the axes: plane: [x, y] (--plane=x,y) if y grows upward, plane: [x, -y] (--plane=x,-y) if downward."
+    return (decisive(text, remedy),)
 
 
 def _clock(content: dict[str, Any], parts: int, count: int, name: str) -> tuple[Array, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, poi
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
+from synth.remarks import severity_of
 
 TIME, MEASURED = angles()
 DOWN = pixels(points(MEASURED))
@@ -45,12 +47,17 @@ def test_a_window_counts_from_starting_time(tmp_path: Path, start: float) -> Non
 
 
 @pytest.mark.parametrize("upward", [False, True])
-def test_an_origin_below_needs_the_axes(tmp_path: Path, upward: bool) -> None:
+def test_an_origin_below_is_asked_for_its_axes(tmp_path: Path, upward: bool) -> None:
+    """DeepLabCut's exporters write this sentence of positions that count from the top."""
     path = nwb(tmp_path / "a.nwb", BELOW, upward=upward)
-    with pytest.raises(UserError, match=r'reference_frame: says "\(0,0\) .* bottom left .*plane: \[x, y\] .*\[x, -y\]'):
-        read(path)
+    (said,) = [note for note in read(path).notes if "reference_frame" in note]
+    assert re.search(r'"\(0,0\) .* bottom left .*plane: \[x, y\] .*\[x, -y\]', said)
+    assert severity_of(said) == "decide"
     found = read(path, ("x", "y" if upward else "-y"))
     np.testing.assert_allclose(np.degrees(found.angles), MEASURED, atol=1e-6)
+    assert not any("reference_frame" in note for note in found.notes)
+    if not upward:
+        np.testing.assert_allclose(np.degrees(read(path).angles), MEASURED, atol=1e-6)
 
 
 def test_an_origin_above_counts_downward_and_a_plane_must_be_of_the_picture(tmp_path: Path) -> None:
