@@ -12,7 +12,7 @@ from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, poi
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
-from synth.remarks import severity_of
+from synth.remarks import Remark
 
 TIME, MEASURED = angles()
 DOWN = pixels(points(MEASURED))
@@ -51,8 +51,10 @@ def test_an_origin_below_is_asked_for_its_axes(tmp_path: Path, upward: bool) -> 
     """DeepLabCut's exporters write this sentence of positions that count from the top."""
     path = nwb(tmp_path / "a.nwb", BELOW, upward=upward)
     (said,) = [note for note in read(path).notes if "reference_frame" in note]
-    assert re.search(r'"\(0,0\) .* bottom left .*plane: \[x, y\] .*\[x, -y\]', said)
-    assert severity_of(said) == "decide"
+    assert "(0,0) corresponds to the bottom left" in said
+    assert isinstance(said, Remark)
+    assert said.severity == "decide"
+    assert re.search(r"plane: \[x, y\] .*\[x, -y\]", said.remedy)
     found = read(path, ("x", "y" if upward else "-y"))
     np.testing.assert_allclose(np.degrees(found.angles), MEASURED, atol=1e-6)
     assert not any("reference_frame" in note for note in found.notes)
