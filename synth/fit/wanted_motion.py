@@ -176,8 +176,9 @@ def other_legs_sentence(legs: Sequence[Leg]) -> str | None:
         f"{name} {at:.3g} (from {least:.2g} to {most:.2g})"
         for name, at, least, most in zip(legs[0].joint_names, rates[0], low, high, strict=True)
     ]
+    moved = "the links move each other" if len(ends) > 1 else "a rise time fixes the damper for each spring, not both"
     return decisive(
-        "wanted: the links move each other, so many legs show these characteristics, each with its own dampers. The "
+        f"wanted: {moved}, so many legs show these characteristics, each with its own dampers. The "
         f"one given is the likeliest; its spring rates in N*m/rad, and those of the others: {', '.join(ends)}",
         remedy="A recording of the motion instead of its characteristics tells which of these legs it is",
     )

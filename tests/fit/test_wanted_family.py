@@ -14,7 +14,7 @@ from synth.cli import main
 from synth.errors import CannotBeHad
 from synth.files.wanted_section import WantedCharacteristics
 from synth.fit.wanted_motion import WantedMotion, wanted_motion
-from synth.fit.wanted_release import AskedJoint, CharacteristicRelease, oscillation
+from synth.fit.wanted_release import AskedJoint, CharacteristicRelease, oscillation, rise_of
 from synth.motion.characteristics import characteristics
 from synth.swing.leg_model import Damper, Joint, Leg, Link
 
@@ -89,6 +89,17 @@ def test_a_leg_of_one_joint_names_no_others() -> None:
     assert found.messages == ()
     springs, _ = rates_of(found)
     assert 1.05 < springs.max() / springs.min() < 1.15
+
+
+def test_a_rise_time_alone_leaves_the_spring_of_one_joint_open() -> None:
+    """Overdamped, it fixes b/k; the likeliest is the oscillator of the stated ratio."""
+    leg = Leg("one", (Joint("hip", Link(0.3, 0.5, 0.1, 2e-3)),), gravity=0.0)
+    found = wanted_motion(leg, {"hip": WantedCharacteristics(0.1, 0.3, 1.2, None, 0.09)})
+    natural = rise_of(1.2) / 0.09
+    assert found.leg.spring_rate[0] == pytest.approx(7e-3 * natural**2, rel=0.01)
+    springs, _ = rates_of(found)
+    assert springs.max() > 3 * springs.min()
+    assert "a rise time fixes the damper for each spring" in found.messages[0]
 
 
 def test_each_damping_is_asked_for_by_what_it_shows() -> None:
