@@ -252,11 +252,15 @@ class CharacteristicRelease:
         return np.concatenate([characteristic, shape, left, beyond, beyond_range, x / RATE_ERROR])
 
     def _beyond_range(self, motion: Array) -> Array:
-        """(n,) how far each joint passes the range that its leg states, in standard deviations."""
+        """(n,) how far each joint passes the range that its leg states, in standard deviations.
+
+        Where the wanted oscillation itself passes the range, the request holds and not the range.
+        """
         found = np.zeros(len(self.spring))
+        alone = self.rest + self.amplitude * self.oscillators
         for j, joint in enumerate(self.leg.joints):
             if joint.range is not None:
-                low, high = joint.range
+                low, high = min(joint.range[0], alone[:, j].min()), max(joint.range[1], alone[:, j].max())
                 passed = max(low - motion[:, j].min(), motion[:, j].max() - high, 0.0)
                 found[j] = passed / abs(self.amplitude[j]) / EXCURSION_ERROR
         return found
