@@ -18,6 +18,10 @@ LAWS = {
     "coefficient": "Quadratic damping",
     "stiffening": "Cubic stiffness",
 }  # by their size's key
+OTHER_LEGS = (
+    "Fit a recording of the motion, which tells which of these legs it is; or build fitted.leg.yaml, if any leg of "
+    "these characteristics will do."
+)
 CERTAIN_SHARE = 0.25  # half an interval over its value, above which a rate is called uncertain
 
 
@@ -32,7 +36,10 @@ def fit_opening(result: Result) -> Opening:
     held = sum(bool(trial.get("held_out")) for trial in trials)
     used = len(trials) - held
     count = f"{used} trial{'s' if used != 1 else ''}" + (f" ({held} held out)" if held else "")
-    if lacking:
+    if "wanted" in document:
+        one = "one of many legs that show" if unsure else "the leg that shows"
+        verdict = f"{what} of {one} the wanted characteristics."
+    elif lacking:
         verdict = f"{what} from {count}, but the model does not explain the motion of the {joined_names(lacking)}."
     else:
         law = _law(document)
@@ -93,7 +100,7 @@ def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
     names = lacking or list(mapping(document, "joints"))
     residuals = [f"{name} {brief(left.get(name))} (samples' scatter {brief(noise.get(name))})"
             for name in names if left.get(name) and noise.get(name)]  # fmt: skip
-    words = f"Residual (RMS): {'; '.join(residuals)}." if residuals else ""
+    words = f"Residual (RMS): {'; '.join(residuals)}." if residuals and "wanted" not in document else ""
     if unsure:
         share, name = unsure[0]
         known = (
@@ -108,6 +115,8 @@ def _steps(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
         return [
             "Find the missing effect with `synth gap`, fitted.leg.yaml and these trials; until then rates are biased."
         ]
+    if unsure and "wanted" in document:
+        return [OTHER_LEGS]
     proposals = [str(mapping(item).get("text")) for item in sequence(document, "proposals")]
     if unsure and proposals:
         return [f"To measure next: {proposals[0]}"]

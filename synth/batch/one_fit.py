@@ -23,7 +23,7 @@ from synth.fit.methods import fit_by, require_method
 from synth.fit.plausibility import doubts
 from synth.fit.recordings import Recording, recordings
 from synth.fit.still_start import from_release
-from synth.fit.wanted_motion import WantedMotion, with_wanted_fit
+from synth.fit.wanted_motion import WantedMotion, with_other_legs, with_wanted_fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +94,7 @@ def fit_project(given: Ready) -> FitResult:
         from synth.design.stages import with_held_out  # a local import, because it loads the whole design package
 
         result = with_held_out(result, recordings_from(given.held_out, result.cut) or given.held_out)
+    result = with_other_legs(result, () if given.wanted is None else given.wanted.legs)
     messages = (*given.messages, *doubts(project.leg, given.fitted, result))
     result = replace(result, warnings=(*messages, *result.warnings))
     defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]

@@ -35,6 +35,7 @@ from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
 from synth.fit.plausibility import doubts
 from synth.fit.uncertainty import MASS_SCALE
+from synth.fit.wanted_motion import with_other_legs
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
@@ -126,7 +127,7 @@ def known_beforehand(project: LegProject, stage: Stage) -> KnownResults:
     with stage("fitting the animal's leg"):
         source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
         motion = motion.cut(source.cut)
-        source = with_held_out(source, motion.held_out)
+        source = with_other_legs(with_held_out(source, motion.held_out), project.wanted_legs)
         warnings = (*motion.notes, *doubts(project.source, motion.fitted, source))
         source = replace(source, warnings=(*warnings, *source.warnings), wanted=project.wanted_shown)
     with stage("finding the dampers' laws"):

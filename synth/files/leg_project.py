@@ -66,8 +66,9 @@ class LegProject:
     tolerance
         uncertainty of the links in the source's and target's leg files, joint by joint.
     wanted
-        characteristics of the source's motion instead of trials; ``wanted_shown`` the characteristics achieved, and
-        ``messages`` a sentence on each that differs, once ``fit.wanted_motion`` has made the trial.
+        characteristics of the source's motion instead of trials; ``wanted_shown`` the characteristics achieved,
+        ``wanted_legs`` those that show them, and ``messages`` a sentence on each that differs, once
+        ``fit.wanted_motion`` has made the trial.
     release
         ``free``: the driven beginning of the source's recordings is cut; ``recorded``: all samples are fitted.
     """
@@ -93,6 +94,7 @@ class LegProject:
     release: Release = "free"
     wanted: Mapping[str, WantedCharacteristics] = field(default_factory=dict)
     wanted_shown: Mapping[str, Any] = field(default_factory=dict)
+    wanted_legs: tuple[Leg, ...] = ()
     messages: tuple[str, ...] = ()
 
 

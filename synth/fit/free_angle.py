@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from synth.arrays import Array, Mask
+from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_above, chi_squared_exceeded
 
 WIDE = np.radians(10.0)  # spread with which shifts are first estimated: almost free
@@ -85,16 +85,3 @@ def _spread_at(value: Array, weight: Array, wanted: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if _cochran(value, weight, middle) > wanted else (low, middle)
     return float(high)
-
-
-def spread_of_known(shift: Array, known: Mask) -> tuple[Array, Array]:
-    """Spread (n,) rad of shifts (n_trial, n) without errors where ``known`` (n_trial, n), and its ends (2, n)."""
-    n = shift.shape[1]
-    spread, ends = np.zeros(n), np.full((2, n), np.nan)
-    for j in range(n):
-        value = shift[known[:, j], j]
-        if len(value) > 1:
-            spread[j] = float(np.std(value, ddof=1))
-            squares = (len(value) - 1) * spread[j] ** 2
-            ends[:, j] = [np.sqrt(squares / chi_squared_exceeded(len(value) - 1, t)) for t in (TAIL, 1.0 - TAIL)]
-    return spread, ends

@@ -20,13 +20,13 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_angle import spread_of_known
+from synth.fit.free_angle import WIDE, heterogeneity
 from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from, start_sentence
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import FittedTreatments, Treatment, result_of
-from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
+from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square, shift_variances
 from synth.remarks import at_joint
 from synth.swing.leg_model import DamperCurve, Leg
 
@@ -149,11 +149,17 @@ def _assemble_result(search: Search, rates: Array, options: LegFitOptions, n_tri
     noise = np.where(np.isfinite(noise), noise, 1.0) + 1e-7
     shift = np.array([local.shift for local in own])
     free = np.array([np.isin(np.arange(n), recording.free) for recording in recordings])
-    spread, ends = spread_of_known(shift, free)
+    # A trial that still moves ends beside its rest, so its pose there alone would show a spread that is none: the
+    # spread is that of the free angles with which the found rates fit each whole trial, less their errors.
+    almost_free = Weights(noise, np.full(n, WIDE))
+    each = solve(model, recordings, FitStart(values, own), almost_free, fixed=True)
+    if not np.isfinite(each.cost):
+        raise UserError(NOTHING_NEAR)
+    errors = np.where(free, shift_variances(model, recordings, each), np.nan)
+    found = heterogeneity(np.array([local.shift for local in each.locals]), errors)
+    spread, ends = found.spread, found.ends
     weights = Weights(noise, np.maximum(spread, 1e-9), shift)
     solution = solve(model, recordings, FitStart(values, own), weights, max_iterations=0)
-    if not np.isfinite(solution.cost):
-        raise UserError(NOTHING_NEAR)
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"

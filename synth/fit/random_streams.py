@@ -14,6 +14,7 @@ class Stream(IntEnum):
     MODEL_ERROR = 1
     LEGS = 64
     REFITS = 200
+    WANTED = 7
 
     def generator(self, seed: int) -> np.random.Generator:
         """The stream's generator; the same for the same ``seed``."""

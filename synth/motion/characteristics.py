@@ -10,6 +10,7 @@ from synth.arrays import Array, zero_crossings
 from synth.motion.rest import rest_of, vertex
 
 SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry friction of small limbs
+LEAST_PEAK = 0.02  # of the amplitude: a smaller peak is no swing of the joint itself, however little noise there is
 STARTS_AT_REST = "starts at rest"
 CUT = "its start is cut off: no rise time, overshoot and settling time"
 
@@ -40,15 +41,17 @@ def characteristics(
     rest: float | None = None,
     equilibrium: float | None = None,
     cut: bool = False,
+    most_peaks: int | None = None,
 ) -> Characteristics:
     """Response characteristics of one joint, from a smooth curve (fitted or smoothed), time (n,) s and angle (n,) rad.
 
     Rest is ``rest`` rad, by default found from the curve, with a fitted leg's ``equilibrium`` rad where it ends in
-    motion (see ``rest_of``); without a rest only the damped frequency is given. ``cut``: the curve begins within the
-    motion, so that it has no rise time, overshoot and settling time. Peaks are alternate extremes about rest larger
-    than three times ``noise`` (rad). The logarithmic decrement over m half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives
-    ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering Vibration*, 4th ed., eq. 1.88); it holds for one
-    decaying mode, so it is marked doubtful if successive half cycles disagree by more than a factor of two.
+    motion (see ``rest_of``); without a rest only the damped frequency is given. ``cut``: the curve begins within
+    the motion, so that it has no rise time, overshoot and settling time. Peaks are alternate extremes about rest
+    larger than three times ``noise`` (rad), the first ``most_peaks`` of them. The logarithmic decrement over m half
+    cycles, ``delta = ln|x_0/x_m| * 2/m``, gives ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering
+    Vibration*, 4th ed., eq. 1.88); it holds for one decaying mode, so it is marked doubtful if successive half
+    cycles disagree by more than a factor of two.
     """
     how = ""
     if rest is None:
@@ -60,13 +63,15 @@ def characteristics(
             return Characteristics(float("nan"), None, None, turning, None, None, how)
     away = angle - rest
     if not cut:
-        return _about_rest(time, away, float(away[0]), noise, how)
-    found_cut = _about_rest(time, away, float(away[np.argmax(np.abs(away))]), noise, how)
+        return _about_rest(time, away, float(away[0]), noise, how, most_peaks)
+    found_cut = _about_rest(time, away, float(away[np.argmax(np.abs(away))]), noise, how, most_peaks)
     validity = f"{found_cut.validity}; {CUT}"
     return replace(found_cut, rise_time=None, overshoot=None, settling_time=None, validity=validity)
 
 
-def _about_rest(time: Array, away: Array, amplitude: float, noise: float, how: str) -> Characteristics:
+def _about_rest(
+    time: Array, away: Array, amplitude: float, noise: float, how: str, most_peaks: int | None
+) -> Characteristics:
     """Characteristics of the deflections (n,) rad from rest; ``how`` rest was found, for the validity."""
     if abs(amplitude) < max(3 * noise, 1e-6):  # rad: a microradian is no motion
         return Characteristics(amplitude, None, None, None, None, None, STARTS_AT_REST)
@@ -76,7 +81,7 @@ def _about_rest(time: Array, away: Array, amplitude: float, noise: float, how: s
     settled = outside[-1] + 1 < len(time) * 0.9  # not seen to settle if outside until the last tenth
     settling = float(time[outside[-1] + 1] - time[0]) if settled else None
     overshoot = float(max(0.0, -level.min()))
-    times, peaks = _peaks(time, level, max(3 * noise / abs(amplitude), 0.02))
+    times, peaks = (each[:most_peaks] for each in _peaks(time, level, max(3 * noise / abs(amplitude), LEAST_PEAK)))
     if len(peaks) < 2:
         few = "fewer than two swings past rest"
         return Characteristics(amplitude, rise, None, None, overshoot, settling, f"{few}; {how}" if how else few)

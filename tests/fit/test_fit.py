@@ -31,7 +31,7 @@ from synth.fit import ridge
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_angle import heterogeneity, spread_of_known
+from synth.fit.free_angle import heterogeneity
 from synth.fit.ridge import RIDGE, loose_joints
 from synth.fit.uncertainty import MASS_SCALE, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unseen_score import score
@@ -154,10 +154,6 @@ def test_a_trial_in_which_a_joint_is_locked_does_not_count_for_its_spread() -> N
     low, high = heterogeneity(shift, variance).ends[:, 0]
     of_three = float(np.std(shift[:3], ddof=1)) * np.sqrt(2 / chi2.ppf([0.95, 0.05], 2))
     assert (low, high) == pytest.approx(tuple(of_three), rel=0.01)
-    known = np.arange(12)[:, None] < 3
-    spread, ends = spread_of_known(shift, known)
-    assert spread[0] == pytest.approx(float(np.std(shift[:3], ddof=1)))
-    assert tuple(ends[:, 0]) == pytest.approx(tuple(of_three))
 
 
 def test_false_positive_rate_of_the_shift_test_is_one_per_cent() -> None:

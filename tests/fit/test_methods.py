@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,11 +12,12 @@ from synth.errors import UserError
 from synth.files.project_options import FitOptions as Choice
 from synth.fit.costs import Cost, emphasise_transient, summed_differences
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.methods import fit_by, require_method, search_of
+from synth.fit.methods import _assemble_result, fit_by, require_method, search_of
 from synth.fit.rate_search import Bounds, order_of
 from synth.fit.simplex import simplex
 from synth.fit.swarm import INERTIA, ITERATIONS, OWN, PARTICLES, SOCIAL, swarm
 from synth.motion.characteristics import Characteristics, characteristics
+from synth.swing.leg_model import Leg
 
 LEG = robot()
 RECORDINGS = recorded(LEG, releases(LEG, 4, Rig(noise=0.05, rate=250.0), 3))
@@ -111,6 +114,31 @@ def test_thesis_methods_approach_the_truth_and_report_least_squares_too(method: 
     assert result.as_json()["cost"] == cost
     assert any("least squares on the same recordings" in text for text in result.warnings)
     assert any(text.startswith("hip: compared with least squares k ") for text in result.warnings)
+
+
+def shifted(leg: Leg, angle: float) -> Leg:
+    """With all free angles turned, rad."""
+    springs = {joint.name: joint.spring for joint in leg.joints if joint.spring is not None}
+    changes = {
+        name: {"spring": replace(spring, free_angle=spring.free_angle + angle)} for name, spring in springs.items()
+    }
+    return leg.with_joints(**changes)
+
+
+@pytest.mark.parametrize("spread", [0.0, 3.0])
+def test_a_search_beside_the_optimum_invents_no_spread(spread: float) -> None:
+    """Trials that end in motion: the poses of their ends were the spread, by which a held-out trial fitted itself."""
+    rig = Rig(noise=0.05, rate=250.0, duration=0.6)
+    trials = [
+        releases(shifted(LEG, float(np.radians(spread * way))), number, rig, 1, number)[0]
+        for number, way in enumerate((-1.0, 1.0, -1.0, 1.0))
+    ]
+    some = recorded(LEG, trials)
+    search = search_of(bare(LEG), some, Cost("trajectory", tuple(some), "equal"))
+    found = _assemble_result(search, TRUTH * 1.15, LegFitOptions(free_angle="per_trial"), len(some))
+    for joint in found.joints.values():
+        seen = np.degrees(joint.free_angle_spread.value)
+        assert seen < 0.1 if spread == 0.0 else 1.0 < seen < 7.0
 
 
 def test_least_squares_by_the_transient_reports_residuals_over_all_samples() -> None:

@@ -13,7 +13,8 @@ import pytest
 from synth.cli import main
 from synth.errors import CannotBeHad
 from synth.files.wanted_section import WantedCharacteristics
-from synth.fit.wanted_motion import natural_frequency, rise_of, wanted_motion
+from synth.fit.wanted_motion import wanted_motion
+from synth.fit.wanted_release import natural_frequency, rise_of
 from synth.swing.leg_model import Joint, Leg, Link
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
