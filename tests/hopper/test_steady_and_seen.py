@@ -284,3 +284,55 @@ def test_a_video_without_a_jump_is_refused() -> None:
         rise_of_point("a.csv", np.concatenate([[0.0, 0.05, 0.1], np.linspace(0.1, 0.0, 50)]))
     with pytest.raises(UserError, match="no push"):
         push_current("b.csv", np.arange(100) * 1e-3, -np.ones(100))
+
+
+def recorded_files(folder: Path) -> dict[str, str]:
+    """A file of each kind that ``synth hopper`` reads, with its recordings beside it, and a mistake in each."""
+    shutil.copy(EXAMPLE, folder)
+    motor_tests(folder)
+    ticks = np.arange(0.0, 1.0, 1e-2)
+    write(folder / "video.csv", "time [s],height [mm]", np.column_stack([ticks, ticks]))
+    write(folder / "pull.csv", "time [s],upper link [deg],hip torque [N*m]", np.column_stack([ticks, ticks, ticks]))
+    jump = 'kind: hopper-jumps\ndesign: hopper.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\n'
+    texts = {
+        "motor": "kind: hopper-motor\ngear_ratio: 210\nstall: [stall.csv]\nfree_speed: [free.csv]\n",
+        "pulls": "kind: hopper-pull-ups\ndesign: hopper.yaml\nbody_mass: 0.1 kg\n"
+        "trials: [{file: pull.csv, length: 120 mm}]\n",
+        "jumps": jump + "heights: [{file: video.csv, point: foot}]\n",
+        "hopper": (folder / "hopper.yaml").read_text(),
+    }
+    for name, text in texts.items():
+        (folder / f"{name}.yaml").write_text(text)
+    return texts
+
+
+@pytest.mark.parametrize("kind", ["motor", "pulls", "jumps", "hopper", "--truth"])
+def test_a_dry_run_reads_and_writes_nothing(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Recordings were identified, the published leg was simulated for half a minute, and both were written."""
+    recorded_files(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    given = kind if kind == "--truth" else str(tmp_path / f"{kind}.yaml")
+    assert main(["hopper", given, "--out", str(tmp_path / "out"), "--dry-run"]) == 0
+    assert sorted(tmp_path.rglob("*")) == before
+    told = capsys.readouterr().out
+    assert ("is valid" in told) == (kind != "--truth"), told
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "told"),
+    [
+        ("motor", "free.csv", "fre.csv", "fre.csv"),
+        ("pulls", "120 mm", "120", "length"),
+        ("jumps", "N20 HP 6V 150:1", "N20 HP 6V 151:1", "151:1"),
+        ("hopper", "kind: hopper-design", "kind: hopper-design\nlengts: 3", "lengts"),
+    ],
+)
+def test_a_dry_run_tells_mistakes(
+    kind: str, old: str, new: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = recorded_files(tmp_path)[kind]
+    assert old in text
+    (tmp_path / f"{kind}.yaml").write_text(text.replace(old, new))
+    assert main(["hopper", str(tmp_path / f"{kind}.yaml"), "--out", str(tmp_path / "out"), "--dry-run"]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
