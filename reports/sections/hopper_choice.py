@@ -54,7 +54,9 @@ def map_content(result: Result) -> dict[str, Any] | AbsentResult:
     """Clearance or total height over ratio and length."""
     found, height = mapping(result.content, "map"), shown_height(result.content)
     ratios, lengths, heights = (found.get(name) or [] for name in ("gear_ratio", "leg_length_m", f"{height}_m"))
-    if len(lengths) < 2 or not ratios:
+    if not ratios:
+        return AbsentResult(str(result.content.get("none_because") or "no design was chosen"))
+    if len(lengths) < 2:
         return AbsentResult("there are fewer than two lengths")
     best = mapping(result.content, "best")
 
@@ -67,7 +69,8 @@ def map_content(result: Result) -> dict[str, Any] | AbsentResult:
     title = f"{height.replace('_', ' ')} over gear ratio and link length, {found.get('family')}"
     data = Map(ratios, lengths, heights, found.get("feasible") or ())
     return {
-        "svg": map_figure(title, data, front, design(best)),
+        "svg": map_figure(title, data, front, design(best) if best else None),
+        "chosen": bool(best),
         "family": found.get("family"),
         "height": height.replace("_", " ").capitalize(),
     }

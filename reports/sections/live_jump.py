@@ -13,6 +13,7 @@ from synth.reports.figures.palette import BLUE, Line
 from synth.reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
 from synth.reports.reading import Json, Result, read_lines, value_of
 from synth.reports.section import mapping, sequence
+from synth.reports.sections.hopper_choice import shown_height
 
 JUMP, DESIGNS = "jump.csv", "designs.csv"
 MOST_DESIGNS = 6000  # that the page holds; of more, the map of the chosen family stands alone
@@ -46,7 +47,11 @@ def jump_data(result: Result) -> Json | None:
 
 
 def designs_data(result: Result) -> Json | None:
-    """Every design of the sweep by motor, ratio and length; None if there are none, or too many for a page."""
+    """Every design of the sweep by motor, ratio and length; None if there are none, or too many for a page.
+
+    ``shown`` : the height that the study is about; ``relative`` : the one that its relative heights are made of.
+    ``chosen`` : motor and length of the chosen design, None each without one.
+    """
     path = result.path(DESIGNS)
     if path is None:
         return None
@@ -67,7 +72,9 @@ def designs_data(result: Result) -> Json | None:
         for item in sequence(result.content, "pareto")
         if isinstance(item, Mapping)
     ]
-    return {"designs": found, "chosen": chosen, "front": front} if found else None
+    relative = "total height" if mapping(result.content, "settings").get("height") == "total" else "clearance"
+    shown = shown_height(result.content).replace("_", " ")
+    return {"designs": found, "chosen": chosen, "front": front, "shown": shown, "relative": relative} if found else None
 
 
 def jump_curves(result: Result) -> Markup:

@@ -91,17 +91,19 @@
     const families = [...new Set(data.designs.map((d) => family(d[0])))];
     const label = make("label", { textContent: "motor " }, tools), choice = make("select", {}, label);
     families.forEach((name) => make("option", { value: name, textContent: name }, choice));
-    choice.value = family(data.chosen[0]);
+    const heightOf = (d) => (data.shown === "total height" ? d[7] : d[3]) || 0;
+    const highest = data.designs.reduce((a, b) => (heightOf(b) > heightOf(a) ? b : a));
+    choice.value = family(data.chosen[0] === null ? highest[0] : data.chosen[0]);
     const shownLabel = make("label", { textContent: "show " }, tools), kind = make("select", {}, shownLabel);
     const kinds = [["clearance", 3, "cm", 100], ["relative height", 6, "", 1], ["total height", 7, "cm", 100], ["energy", 8, "J", 1], ["peak gear torque", 9, "N·m", 1], ["peak current", 10, "A", 1]];
-    kinds.forEach(([words], i) => make("option", { value: i, textContent: words }, kind));
+    kinds.forEach(([words], i) => make("option", { value: i, textContent: words, selected: words === data.shown }, kind));
     const figure = make("div", { className: "map" }, panel), summary = make("p", { className: "summary" }, panel);
     summary.setAttribute("aria-live", "polite");
     function tell(d) {
       const cm = (v) => (v === null ? "–" : (100 * v).toFixed(1));
-      let words = `${d[0]}, ${(1000 * d[2]).toFixed(0)} mm links: clearance ${cm(d[3])} cm`;
+      let words = `${d[0]}, ${(1000 * d[2]).toFixed(0)} mm links: ${data.shown === "total height" ? `total height ${cm(d[7])} cm, ` : ""}clearance ${cm(d[3])} cm`;
       if (d[4] !== null) words += ` (90 %: ${cm(d[4])} to ${cm(d[5])})`;
-      words += `, relative height ${d[6] === null ? "–" : d[6].toFixed(3)}, energy ${d[8] === null ? "–" : d[8].toFixed(2)} J, gear torque ${d[9] === null ? "–" : d[9].toFixed(3)} N·m, current ${d[10] === null ? "–" : d[10].toFixed(2)} A`;
+      words += `, ${data.relative} over link length ${d[6] === null ? "–" : d[6].toFixed(3)}, energy ${d[8] === null ? "–" : d[8].toFixed(2)} J, gear torque ${d[9] === null ? "–" : d[9].toFixed(3)} N·m, current ${d[10] === null ? "–" : d[10].toFixed(2)} A`;
       if (d[12]) words += `. ${d[12]}`;
       summary.textContent = words + (isChosen(d) ? " — the chosen design." : ".");
     }
@@ -144,7 +146,7 @@
         event.preventDefault();
         point(here[0] + move[0], here[1] + move[1]);
       });
-      for (const [place, d] of cells) if (isChosen(d)) point(...place.split(" ").map(Number));
+      for (const [place, d] of cells) if (data.chosen[0] === null ? d === highest : isChosen(d)) point(...place.split(" ").map(Number));
     }
     choice.addEventListener("change", paint);
     kind.addEventListener("change", paint);
@@ -157,7 +159,8 @@
   if (all && map) {
     designs(map, JSON.parse(all.textContent));
     if (map.nextElementSibling) map.nextElementSibling.classList.add("still");
-    const key = make("p", { className: "small soft live", textContent: "Framed: the chosen design; dots: designs of the Pareto front; triangles: designs that cannot be built, with the reason at the pointer." });
+    const framed = JSON.parse(all.textContent).chosen[0] === null ? "No design is within its limits, so none is chosen; " : "Framed: the chosen design; dots: designs of the Pareto front; ";
+    const key = make("p", { className: "small soft live", textContent: framed + "triangles: designs that cannot be built, with the reason at the pointer." });
     map.appendChild(key);
   }
 })();

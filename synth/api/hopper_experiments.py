@@ -12,6 +12,7 @@ from synth.files import hopper_recordings as files
 from synth.hopper import write_identified as write
 from synth.hopper.identify_damping import identify_damping
 from synth.hopper.identify_motor import identify_motor
+from synth.hopper.motors import motor_of
 from synth.hopper.seen_jumps import seen_jumps
 from synth.hopper.steady_motor import steady_motor
 from synth.hopper.validate_jumps import validate
@@ -48,19 +49,34 @@ def hopper_experiment(path: str | Path) -> HopperExperiment:
     UserError
         With every mistake of the file, or if the recordings do not determine the parameters.
     """
+    kind, given = files.kind_of(path), read_experiment(path)
+    if isinstance(given, files.MotorRuns):
+        return HopperExperiment(kind, _motor(given))
+    if isinstance(given, files.PullUps):
+        content = write.head(kind, given.name, given.inputs) | write.damping_json(identify_damping(given))
+        return HopperExperiment(kind, content)
+    return _jumps(given)
+
+
+def read_experiment(path: str | Path) -> files.MotorRuns | files.PullUps | files.PlateJumps:
+    """Read one file of these kinds with its recordings, and check all of it; nothing is identified.
+
+    Raises
+    ------
+    UserError : with every mistake of the file, or a motor that no catalogue has or that lacks figures.
+    """
     kind = files.kind_of(path)
     if kind == "hopper-motor":
-        return HopperExperiment(kind, _motor(path))
+        return files.read_motor_runs(path)
     if kind == "hopper-pull-ups":
-        pulls = files.read_pull_ups(path)
-        content = write.head(kind, pulls.name, pulls.inputs) | write.damping_json(identify_damping(pulls))
-        return HopperExperiment(kind, content)
-    return _jumps(path)
+        return files.read_pull_ups(path)
+    jumps = files.read_plate_jumps(path)
+    motor_of(Catalogue.load(jumps.design.catalogs).find_motor(jumps.motor), jumps.design.motor_options)
+    return jumps
 
 
-def _motor(path: str | Path) -> dict[str, Any]:
+def _motor(runs: files.MotorRuns) -> dict[str, Any]:
     """Motor constants from run-ups, and from stall and free-speed tests."""
-    runs = files.read_motor_runs(path)
     found = write.head("hopper-motor", runs.name, runs.inputs)
     if runs.runs:
         found |= write.motor_json(identify_motor(runs.runs, runs.ratio))
@@ -70,9 +86,8 @@ def _motor(path: str | Path) -> dict[str, Any]:
     return found
 
 
-def _jumps(path: str | Path) -> HopperExperiment:
+def _jumps(jumps: files.PlateJumps) -> HopperExperiment:
     """Each model against jumps on a force plate, by video and by jump meter."""
-    jumps = files.read_plate_jumps(path)
     catalogue = Catalogue.load(jumps.design.catalogs)
     found = write.head("hopper-jumps", jumps.name, jumps.inputs)
     curves = None

@@ -13,7 +13,7 @@ from synth.files.validate import near, raise_if_any
 from synth.spring.calibration import WindingCalibration
 from synth.spring.requirement_ranges import RANGES, RISING
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_task import SpringLimits
+from synth.spring.spring_task import SameArm, SpringLimits
 from synth.units import parse
 
 # The unit of every requirement that is a number; "m m": two of them.
@@ -27,6 +27,7 @@ LIMITS = {
     "fatigue_safety": "1", "bend_radius": "m", "min_outer_diameter": "m", "min_body_length": "m",
 }  # fmt: skip
 
+ARM_RANGE = "leg_lengths"  # whose range a clamped arm's free length has
 TWICE = ("rate", "travel")
 
 
@@ -41,6 +42,11 @@ def spring_wish(rate: object, travel: object, wish: Mapping[str, Any]) -> Spring
     problems: list[Problem] = []
     problems += [Problem("is an argument of its own; leave it out of wish", key=key) for key in TWICE if key in wish]
     wanted = _read_fields({**wish, "rate": rate, "travel": travel}, SpringRequirements, UNITS, "", problems)
+    if (arm := wanted.get("free_arm")) is not None and not callable(arm):
+        try:
+            wanted["free_arm"] = SameArm(_number(arm, ARM_RANGE, "m"))
+        except UserError as error:
+            problems.append(Problem(error.problems[0].text, key="free_arm"))
     limits = wanted.pop("limits", None)
     if isinstance(limits, SpringLimits):
         limits = {item.name: getattr(limits, item.name) for item in fields(limits)}

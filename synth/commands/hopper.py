@@ -46,6 +46,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         raise UserError("synth hopper takes either a project file or --truth")
     if arguments.truth:
         _require_here(arguments, "the published leg is simulated on this machine")
+        if arguments.dry_run:
+            progress.say("--truth reads no file: the published leg is part of the program")
+            return 0
         _truth(arguments, progress)
         return 0
     from synth.api.hoppers import read_hopper
@@ -53,6 +56,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
     if (kind := kind_of(arguments.file)) in KINDS:
         _require_here(arguments, f"a file of kind {kind} is identified on this machine")
+        if arguments.dry_run:
+            _check_recordings(arguments, progress)
+            return 0
         _identify(kind, arguments, progress)
         return 0
     with progress.stage("reading the project"):
@@ -120,6 +126,16 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
     named = {"project file": repr(files), "catalogue": repr(catalogue.motors)}
     of_programs = {f"version of {name}": version for name, version in versions().items()}
     return {name: sha256(text.encode()).hexdigest() for name, text in named.items()} | of_programs
+
+
+def _check_recordings(arguments: argparse.Namespace, progress: Progress) -> None:
+    """Read recorded data and say what there is."""
+    from synth.api.hopper_experiments import read_experiment
+
+    with progress.stage("reading the recordings"):
+        read = read_experiment(arguments.file).inputs
+    names = ", ".join(item.name for item in read)
+    progress.say(f"{arguments.file} is valid; read: {names}")
 
 
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:

@@ -15,7 +15,7 @@ from synth.comparison.shown_characteristics import UNITS, JointAlone, Shown, alo
 from synth.comparison.side import MODEL, ComparedMotion, Side
 from synth.errors import UserError
 from synth.files.validate import near
-from synth.remarks import remarks_json
+from synth.remarks import noted, remarks_json
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -149,7 +149,8 @@ def compare(
     for name in [*(stretch or {}), *([reference] if reference is not None else [])]:
         if name not in names:
             raise UserError(f'"{name}" is not a side{near(name, names)}')
-    found = tuple(replace(side, stretch=(stretch or {}).get(side.name, 1.0)) for side in sides)
+    slowed = (replace(side, stretch=(stretch or {}).get(side.name, 1.0)) for side in sides)
+    found = tuple(side.in_convention(sides[0].leg) for side in slowed)
     place = names.index(reference) if reference is not None else _first_recorded(found)
     starts_of, taken = chosen_starts(found, starts)
     overlays = overlaid(found, taken)
@@ -169,6 +170,10 @@ def warnings(found: Comparison) -> list[str]:
     """Limits of the comparison."""
     messages = []
     for place, side in enumerate(found.sides):
+        other = side.other_convention(found.leg)
+        if other:
+            text = f"{side.name}: its file counts {', '.join(other)} from another zero or in the other sense; "
+            messages.append(noted(f"{text}all angles here are as {found.sides[0].name} counts them, free angles too"))
         off = found.off_reference(place)
         if off is not None and off.starts < len(found.overlays):
             missing = len(found.overlays) - off.starts

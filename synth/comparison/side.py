@@ -13,7 +13,7 @@ from synth.drives.servo import Servo, ServoSignals
 from synth.estimation.intervals import Estimate
 from synth.swing.chain import Conditions
 from synth.swing.driving_inputs import is_driven
-from synth.swing.leg_model import Damper, Leg
+from synth.swing.leg_model import Damper, Joint, Leg
 
 MODEL, RECORDED = "model", "recorded"
 NOT_SLOWED = "a known torque or a servo drives this recording, which no other time scale has"
@@ -114,6 +114,21 @@ class Side:
     stretch: float = 1.0
     pace: float = 1.0
 
+    def other_convention(self, leg: Leg) -> list[str]:
+        """Joints whose angles this side's leg counts from another zero, or in the other sense, than ``leg``."""
+        own = {joint.name: (joint.zero, joint.sign) for joint in self.leg.joints}
+        return [j.name for j in leg.joints if own.get(j.name, (j.zero, j.sign)) != (j.zero, j.sign)]
+
+    def in_convention(self, leg: Leg) -> Side:
+        """The same with its joints' free angles as ``leg`` counts them; motions are rotations, which do not depend."""
+        joints = dict(self.joints)
+        for name in self.other_convention(leg):
+            own, shown = (each.joints[each.joint_names.index(name)] for each in (self.leg, leg))
+            joint = joints.get(name)
+            if joint is not None and joint.free_angle is not None:
+                joints[name] = replace(joint, free_angle=_recounted(joint.free_angle, own, shown))
+        return replace(self, joints=joints)
+
     @property
     def slowed(self) -> tuple[ComparedMotion, ...]:
         """The recordings in the time scale of the comparison."""
@@ -136,6 +151,17 @@ def joints_of(leg: Leg, known: Mapping[str, Mapping[str, Any]] | None = None) ->
             (joint.damper.part if joint.damper is not None else None) or "",
         )
     return found
+
+
+def _recounted(angle: Estimate, own: Joint, shown: Joint) -> Estimate:
+    """An angle that ``own`` states, as ``shown`` counts it; the ends of an interval change places with the sense."""
+
+    def counted(end: float | None) -> float | None:
+        return None if end is None else shown.zero + shown.sign * own.sign * (end - own.zero)
+
+    ends = [counted(angle.low), counted(angle.high)]
+    low, high = ends if own.sign == shown.sign else ends[::-1]
+    return Estimate(shown.zero + shown.sign * own.sign * (angle.value - own.zero), angle.unit, low, high)
 
 
 def estimate_of(item: object, unit: str) -> Estimate | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -105,10 +106,15 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
     """Write a leg file that ``read_leg`` restores; a damper's curve goes to a separate CSV.
 
     Angles are written in degrees, lengths in mm, to 15 digits: exact to 1e-14 relative.
+
+    Raises
+    ------
+    UserError : its folder is missing or cannot be written, or the path is a folder; nothing is written.
     """
     import yaml
 
     path = Path(path)
+    _require_writable(path)
     specifications = _allowed(effects)
     joints = []
     for number, joint in enumerate(leg.joints, start=1):
@@ -145,6 +151,16 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
         whole["effects"] = [_effect_text(name, leg.effects[name], specifications[name]) for name in leg.effects]
     text = yaml.safe_dump(whole, sort_keys=False, default_flow_style=None, allow_unicode=True, width=1000)
     write_text(path, text)
+
+
+def _require_writable(path: Path) -> None:
+    """Refuse a path at which no file can be written."""
+    if not path.parent.is_dir():
+        raise UserError(Problem(f'no folder "{path.parent}": make it, or write elsewhere', str(path)))
+    if path.is_dir():
+        raise UserError(Problem("is a folder: add the file's name", str(path)))
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise UserError(Problem("may not be written", str(path)))
 
 
 def _allowed(effects: Sequence[Effect] | None) -> dict[str, Effect]:

@@ -163,6 +163,8 @@ def check_kind(document: Document, kind: str) -> None:
         text = f'this is a project (kind: {found}) where a leg file ("{wanted}") is needed'
     elif found == "leg":
         text = f'a leg file is named by a project under "leg:"; {COMMANDS[kind]} reads a project with "{wanted}"'
+    elif COMMANDS[found] == COMMANDS[kind]:
+        text = f'{COMMANDS[found]} reads a file of kind {found} on the command line only; here "{wanted}" is needed'
     else:
         text = f'a file of kind {found} is read by {COMMANDS[found]}; {COMMANDS[kind]} reads "{wanted}"'
     raise UserError(document.problem(text, ("kind",)))

@@ -233,12 +233,19 @@ def _ladder(found: Study) -> dict[str, Any]:
 
 
 def _map(found: Study) -> dict[str, Any]:
-    """Heights over ratio and length of the chosen motor's family, thinned to at most 60 lengths, for the figure."""
-    if found.best is None:
-        return {}
+    """Heights over ratio and length of one motor's family, thinned to at most 60 lengths, for the figure.
+
+    The family is that of the chosen design; without one, of the highest jump, beyond its limits. Empty: nothing jumps.
+    """
     sweep = found.sweep
     rows = found.rows
-    own = rows[sweep.motor[found.best]]
+    shown = found.best
+    if shown is None:
+        if not np.any(sweep.status == LANDED_AGAIN):
+            return {}
+        heights = sweep.values["total_height" if found.project.height == "total" else "clearance"]
+        shown = int(np.argmax(np.where(sweep.status == LANDED_AGAIN, heights, -np.inf)))
+    own = rows[sweep.motor[shown]]
     family = [i for i, row in enumerate(rows) if row.same_motor == own.same_motor]
     family.sort(key=lambda i: sweep.problem.motors[i].gear_ratio)
     n = len(sweep.problem.lengths)

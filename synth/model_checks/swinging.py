@@ -25,6 +25,9 @@ FINE = 1e-9  # tolerance of these simulations: a thousand times finer than a fit
 PERIOD, ANGLE, SHARE = 1e-5, np.radians(1e-3), 1e-5
 PART = 0.3  # of a period: there the angle depends on stiffness, inertia and damping alike
 BALANCED = 1e-9  # of the outboard weight at the outboard length: less is rounding, and its period hours
+SETTLED = 1e-10  # rad, a step of Newton's method, and the descent's tolerance; a hundred-thousandth of ANGLE
+SLOPE_STEP = 1e-5  # rad, for the stiffness by differences, which only sets how fast Newton's method ends
+MOST_STEPS = 20  # of Newton's method; from the descent's end it takes two to four
 PERIODS, SAMPLES = 4.2, 4000  # simulated periods, and samples over them
 
 
@@ -218,17 +221,55 @@ def kinetic(leg: Leg, rotation: Array, rate: Array) -> float:
     return total
 
 
+def turning(leg: Leg, rotation: Array) -> Array:
+    """(n,) N m, slope of ``potential`` at a pose (n,) rad: outboard weights at their levers, and springs."""
+    place, absolute, joints, centres = 0.0, leg.tilt, [], []
+    for joint, angle in zip(leg.joints, rotation, strict=True):
+        absolute += float(angle)
+        joints.append(place)
+        centres.append(place + joint.link.com * np.sin(absolute))
+        place += joint.link.length * np.sin(absolute)
+    weights = leg.gravity * np.array([joint.link.mass for joint in leg.joints])
+    rates = np.array([joint.spring.rate if joint.spring is not None else 0.0 for joint in leg.joints])
+    levers = [weights[j:] @ (np.array(centres[j:]) - joints[j]) for j in range(len(joints))]
+    return np.asarray(levers + rates * (rotation - np.array([joint.rest for joint in leg.joints])))
+
+
+def least_energy(leg: Leg, start: Array) -> Array:
+    """(n,) rad, the pose of least ``potential`` near a start (n,) rad, to rounding at each joint.
+
+    A light last link hardly shows in the energy of the whole leg: each angle is scaled by the root of the stiffness at
+    its joint, and where the energy's rounding ends the descent, Newton's method goes on with its slope.
+    """
+    loads = [outboard(leg, j, start)[1] + (joint.spring.rate if joint.spring else 0.0)
+             for j, joint in enumerate(leg.joints)]  # fmt: skip
+    root = np.sqrt(np.maximum(loads, BALANCED * max(loads)))
+
+    def energy(scaled: Array) -> float:
+        return potential(leg, scaled / root)
+
+    def slope(scaled: Array) -> Array:
+        return turning(leg, scaled / root) / root
+
+    found = minimize(energy, start * root, jac=slope, method="BFGS", options={"gtol": SETTLED * float(root.min())})
+    pose = np.asarray(found.x) / root
+    nudge = SLOPE_STEP * np.eye(len(pose))
+    for _ in range(MOST_STEPS):
+        stiffness = [(turning(leg, pose + each) - turning(leg, pose - each)) / (2.0 * SLOPE_STEP) for each in nudge]
+        scaled = np.array(stiffness) / np.outer(root, root)
+        step = np.linalg.lstsq(scaled, turning(leg, pose) / root)[0] / root
+        pose = pose - step
+        if np.abs(step).max() < SETTLED:
+            break
+    return np.asarray(pose)
+
+
 def rest(leg: Leg) -> list[ModelCheck]:
     """At the minimum of potential energy, without dampers, the leg stays at rest for a second."""
-    start = rest_pose(leg)
-    scale = max(1e-9, potential(leg, start + AWAY) - potential(leg, start))
-
-    def height(pose: Array) -> float:
-        return potential(leg, pose) / scale
-
-    least = minimize(height, start + AWAY / 2, method="BFGS", options={"gtol": 1e-9}).x
+    least = least_energy(leg, rest_pose(leg) + AWAY / 2)
     motion = simulate(_undamped(leg), least, np.zeros(len(least)), np.linspace(0.0, 1.0, 201), tolerance=FINE)
-    source = "least potential energy of gravity and springs, by BFGS; the model's angle at the largest difference"
+    source = "least potential energy of gravity and springs, by BFGS and Newton; the model's angle at the largest "
+    source += "difference"
     checks = []
     for j, joint in enumerate(leg.joints):
         expected = float(leg.to_measured(least)[j])

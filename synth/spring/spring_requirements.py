@@ -56,7 +56,8 @@ class SpringRequirements:
         m; a spring of this wire is preferred if one keeps all limits and lasts, and is not much heavier (larger, less
         enduring) than the best.
     free_arm
-        free length of arms that the joint clamps, which makes the wire's moment uneven; None: they are not clamped.
+        free length of arms that the joint clamps, m, which makes the wire's moment uneven; a function of wire and mean
+        diameter (m) and coils where it depends on them. None: they are not clamped.
     pitch
         axial advance per coil over the wire diameter; 1: touching coils.
     """

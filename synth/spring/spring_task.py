@@ -14,6 +14,17 @@ FreeArm = Callable[[float, float, float], float]  # of wire and mean diameter (m
 
 
 @dataclass(frozen=True)
+class SameArm:
+    """A free length of arms, m, that does not depend on the coil; a ``FreeArm``."""
+
+    length: float
+
+    def __call__(self, wire: float, mean: float, coils: float) -> float:
+        """The length, m."""
+        return self.length
+
+
+@dataclass(frozen=True)
 class SpringLimits:
     """The limits on a spring; lengths in m, None: no limit.
 

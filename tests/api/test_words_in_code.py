@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import fields
 from math import radians
 from pathlib import Path
@@ -157,12 +158,40 @@ def test_every_number_of_a_spring_has_its_unit() -> None:
         ({"limits": {"max_coils": float("inf")}}, r"limits\.max_coils: inf must be"),
         ({"limits": {"min_coils": 9, "max_coils": 5}}, r"limits\.min_coils: 9 is above max_coils, 5"),
         ({"material": 5}, "material: 5 is not allowed"),
+        ({"free_arm": "20 deg"}, "free_arm: "),
+        ({"free_arm": 20}, "free_arm: 20 m must be from 0 to 1 m"),
         ({"calibration": "calibration.json"}, "calibration: .* is not allowed: read the file with"),
     ],
 )
 def test_a_wish_that_cannot_be_read_is_a_message(wish: dict[str, Any], said: str) -> None:
     with pytest.raises(synth.UserError, match=said):
         synth.spring(RATE, TRAVEL, wish=wish)
+
+
+def test_a_wish_may_hold_the_free_length_of_clamped_arms() -> None:
+    """It ended in a traceback where it was no function."""
+    found = [synth.spring(RATE, TRAVEL, wish={"free_arm": arm}) for arm in ("20 mm", 0.02, lambda *sizes: 0.02)]
+    assert len({each.headline for each in found}) == 1
+    assert pickle.loads(pickle.dumps(found[0])).headline == found[0].headline
+    assert found[0].headline != synth.spring(RATE, TRAVEL).headline
+
+
+@pytest.mark.parametrize("name", ["missing/a.leg.yaml", "folder", "a.csv/a.leg.yaml"])
+def test_a_leg_that_cannot_be_written_there_is_a_message(name: str, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "a.csv").touch()
+    leg = synth.Leg("one", (synth.Joint("knee", synth.Link(0.2, 0.3, 0.1, 1e-3)),))
+    with pytest.raises(synth.UserError, match=r"no folder|is a folder"):
+        synth.write_leg(leg, tmp_path / name)
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["a.csv", "folder"]
+
+
+def test_recordings_of_a_hopper_are_for_the_command_line(tmp_path: Path) -> None:
+    """The message said that "synth hopper" reads the file and that it does not."""
+    (tmp_path / "m.yaml").write_text("kind: hopper-motor\ngear_ratio: 150\nstall: [stall.csv]\n")
+    told = '"synth hopper" reads a file of kind hopper-motor on the command line only; here "kind: hopper-design"'
+    with pytest.raises(synth.UserError, match=told):
+        synth.hopper(tmp_path / "m.yaml")
 
 
 def test_rate_and_travel_in_code_are_in_the_ranges_of_the_command() -> None:

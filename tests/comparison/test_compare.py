@@ -95,6 +95,24 @@ def test_a_leg_counted_in_another_sense_is_the_same_leg() -> None:
     assert compared(side("a", leg), side("b", turned)).differences[0].overall < 1e-12
 
 
+def test_free_angles_are_all_in_the_first_sides_convention() -> None:
+    """One leg counted in two ways showed free angles of 100 and 20 deg side by side."""
+    leg = pendulum()
+    turned = leg.with_joints(knee={"zero": radians(30), "sign": -1, "spring": Spring(2.0, radians(20))})
+    known = {"knee": {"free_angle": {"value": 20.0, "unit": "deg", "interval90": [18.0, 23.0]}}}
+    other = Side("b", "b", MODEL, turned, joints_of(turned, known))
+    found = compared(side("a", leg), other)
+    document = found.as_json()
+    angles = [each["joints"]["knee"]["free_angle"] for each in document["sides"]]
+    assert [angle["value"] for angle in angles] == pytest.approx([100.0, 100.0])
+    assert angles[1]["interval90"] == pytest.approx([97.0, 102.0])
+    assert document["sides"][1]["joints"]["hip"] == document["sides"][0]["joints"]["hip"]
+    assert any("b: its file counts knee from another zero" in str(text) for text in document["warnings"])
+    back = compared(other, side("a", leg)).as_json()["sides"]
+    assert [each["joints"]["knee"]["free_angle"]["value"] for each in back] == pytest.approx([20.0, 20.0])
+    assert not compared(side("a", leg), side("c", leg)).as_json()["warnings"]
+
+
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The fit example, fitted."""

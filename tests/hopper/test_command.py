@@ -30,7 +30,8 @@ from synth.parts.catalogs import Catalogue
 from synth.remarks import remarks_json
 from synth.reports.openings.hopper_opening import study_opening
 from synth.reports.reading import read_result
-from synth.reports.sections import hopper_models
+from synth.reports.section import AbsentResult
+from synth.reports.sections import hopper_choice, hopper_models, live_jump
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
 SMALL = """\
@@ -117,6 +118,33 @@ def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
     assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
 
 
+def test_a_map_without_jumps_says_so(result: Path, tmp_path: Path) -> None:
+    """Without a design to choose the page said that there were fewer than two lengths."""
+    shutil.copytree(result, tmp_path / "out")
+    content = json.loads((result / "hopper.json").read_text())
+    why = "none of the 15 designs lifts off"
+    content |= {"best": {}, "map": {}, "pareto": [], "none_because": why}
+    (tmp_path / "out" / "hopper.json").write_text(json.dumps(content))
+    absent = hopper_choice.map_content(read_result(tmp_path / "out", "hopper.json", "hopper"))
+    assert absent == AbsentResult(why)
+
+
+def test_the_map_opens_on_the_height_that_is_chosen_by(result: Path, tmp_path: Path) -> None:
+    """It opened on the clearance, where the design with the best total height may be the lowest."""
+    shutil.copytree(result, tmp_path / "out")
+    content = json.loads((result / "hopper.json").read_text())
+    for choose, height, shown, relative in (
+        ("clearance", "clearance", "clearance", "clearance"),
+        ("total_height", "clearance", "total height", "clearance"),
+        ("total_height", "total", "total height", "total height"),
+    ):
+        content["settings"] |= {"choose": choose, "height": height}
+        (tmp_path / "out" / "hopper.json").write_text(json.dumps(content))
+        data = live_jump.designs_data(read_result(tmp_path / "out", "hopper.json", "hopper"))
+        assert data is not None
+        assert (data["shown"], data["relative"]) == (shown, relative)
+
+
 def test_jumps_that_no_gearbox_bears_are_not_too_weak(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.yaml").write_text(SMALL.replace("motors: {", "motors: {gearbox: stop, "))
     assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
@@ -130,6 +158,10 @@ def test_jumps_that_no_gearbox_bears_are_not_too_weak(tmp_path: Path, capsys: py
     assert "9 of 15 designs jump, but all exceed" in page
     assert "stronger gearbox or a lower" in page
     assert "lifts off" not in page
+    assert found["map"]["clearance_m"]
+    assert not any(cell for row in found["map"]["feasible"] for cell in row)
+    assert "Height over ratio and length</b>" not in page  # it is not among what is left out
+    assert "No design is within its limits" in page
     swept = synth.hopper(tmp_path / "a.yaml")
     assert swept.headline == f"a: {why}"
     assert swept.jumps

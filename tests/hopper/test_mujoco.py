@@ -38,6 +38,18 @@ def test_the_same_jump_in_mujoco(bending: str, name: str) -> None:
     assert theirs.outcome.energy == pytest.approx(ours.energy, rel=0.01)
 
 
+def test_mujoco_keeps_the_momentum_of_a_short_leg_in_flight() -> None:
+    """Pressed on its stop by the motors, the straight leg of 60 mm links lost 1 % of its weight in each second."""
+    leg = HopperLeg().with_length(0.06)
+    own = motor(100)
+    found = mujoco_jump(leg, own, GROUND, MODELS["A"])
+    flying = found.trace[:, 0] > found.outcome.takeoff_time + 0.01
+    momentum = found.trace[flying, 4] + leg.gravity * found.trace[flying, 0]
+    assert np.ptp(momentum) < 1e-6
+    ours = simulate([(leg, own)], GROUND, MODELS["A"], tolerance=1e-6)[0]
+    assert found.outcome.clearance == pytest.approx(ours.clearance, abs=1e-5)
+
+
 @pytest.mark.parametrize(("rate", "damping", "duration"), [(0.0229183, 0.0, 0.2), (0.2, 0.00025, 0.3)])
 def test_a_sprung_four_bar_dropped_on_the_ground(rate: float, damping: float, duration: float) -> None:
     """Links on flexures fall 50 mm, land and rebound: height of the hips and of the foot through it all."""

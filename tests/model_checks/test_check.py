@@ -164,6 +164,24 @@ def test_a_leg_holds(curve: bool, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert len(names) >= 7
 
 
+def test_a_light_last_link_hangs_straight_down() -> None:
+    """Two links of 30 kg carry two of 3 g: the energy's descent ended 1 and 3 deg before the light ones hung."""
+    sizes = ((2.0, 30.0, 10.0), (2.0, 30.0, 10.0), (0.02, 0.003, 1e-7), (0.02, 0.003, 1e-7))
+    found = Leg("light end", tuple(
+        Joint(f"j{j}", Link(length, mass, length / 2, inertia)) for j, (length, mass, inertia) in enumerate(sizes)
+    ))  # fmt: skip
+    checks = swinging.rest(found)
+    assert all(each.passed for each in checks)
+    assert [each.expected for each in checks] == pytest.approx([0.0] * 4, abs=1e-9)
+
+
+def test_the_slope_of_the_potential_is_its_difference() -> None:
+    found, pose = leg(), np.array([0.4, -0.9])
+    step = 1e-6 * np.eye(2)
+    energies = [[swinging.potential(found, pose + way * each) for way in (1.0, -1.0)] for each in step]
+    assert swinging.turning(found, pose) == pytest.approx([(up - down) / 2e-6 for up, down in energies], rel=1e-7)
+
+
 def test_a_leg_of_six_links_holds(tmp_path: Path) -> None:
     joints = tuple(
         Joint(f"j{i}", Link(0.1, 0.1, 0.05, 1e-4), spring=Spring(2.0 - 0.2 * i, 0.1 * i), damper=Damper(0.02))

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -140,3 +141,25 @@ def test_the_motor_can_be_selected(page: Any) -> None:
     assert page.locator(".designs svg text", has_text="75:1").count() == 1
     page.locator(".designs svg rect").first.hover()
     assert "N20 B 75:1" in page.locator(".designs .summary").text_content()
+
+
+def test_a_study_of_total_heights_opens_on_them_without_a_chosen_design_too(
+    browser: Any, folder: Path, tmp_path: Path
+) -> None:
+    from synth.reports.hopper_pages import write_hopper_report
+
+    shutil.copytree(folder, tmp_path / "out")
+    content = json.loads((folder / "hopper.json").read_text())
+    content["settings"] |= {"choose": "total_height", "height": "total"}
+    content |= {"best": {}, "pareto": [], "none_because": "all exceed the gearbox's limit"}
+    content["map"]["total_height_m"] = content["map"]["clearance_m"]
+    (tmp_path / "out" / "hopper.json").write_text(json.dumps(content))
+    write_hopper_report(tmp_path / "out")
+    with opened(browser, tmp_path / "out" / "report.html") as found:
+        selected = found.page.evaluate(
+            "[...document.querySelectorAll('.designs select')].map((s) => s.selectedOptions[0].textContent)"
+        )
+        assert selected == ["N20 A", "total height"]
+        told = found.page.inner_text(".designs .summary")
+    assert "total height 10.0 cm, clearance 2.0 cm" in told
+    assert "total height over link length 0.250" in told

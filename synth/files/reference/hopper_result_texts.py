@@ -45,7 +45,7 @@ HOPPER = {
     "planar[].lean": "Pitch of the body at the start, without a rail.",
     "planar[].final_pitch": "Pitch at the end.",
     "planar[].slip": "Distance that the foot slides.",
-    "map.family": "Motors of the map: one type at several ratios.",
+    "map.family": "Motors of the map: one type at several ratios, that of the chosen design or of the highest jump.",
     "map.gear_ratio": "Columns of the map.",
     "map.leg_length_m": "Rows of the map, m.",
     "map.clearance_m[]": "Clearance at each point, m.",
