@@ -23,7 +23,6 @@ from synth.swing.rigid_body import RigidBody, combined_body, link_body, offset_t
 from synth.units import quantity
 
 WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the limit for a warning, from the requirements
-ROUND = 5e-5  # m: a tenth of the last digit in which a centre is written
 SPRING_SHARE = 0.5  # of a spring, to either half: each end moves with one half, the middle by half the angle
 SAME_LINK = 5e-3  # relative: links whose mass and inertia about the joint differ by less move alike
 
@@ -190,8 +189,11 @@ def _difference_words(item: BuiltLink) -> str:
     if item.assumed.includes == "none":
         return f"{item.joint}: with its joints' parts the link has {figures}; the leg is designed with these values"
     if rest is not None:
-        kept = "the stated mass and centre" if abs(built.centre[1] - own.centre[1]) < ROUND else f"its mass, {centre}"
-        return f"{item.joint}: {_impossible_words(item, rest)}. The leg is designed with {kept}, and {about}"
+        same = abs(built.about_hinge / own.about_hinge - 1.0) < SAME_LINK
+        kept = f"its mass and inertia about the joint and {centre}" if same else f"its mass, {centre}, {about}"
+        place = (item.drawn.mass * item.drawn.centre[1] - built.mass * built.centre[1]) / rest.mass
+        where = f"as if these {rest.mass * 1e3:.0f} g lay about {place * 1e3:.0f} mm from the joint"
+        return f"{item.joint}: {_impossible_words(item, rest)}. The leg is designed with {kept}, {where}"
     return (
         f"{item.joint}: the link as drawn, tube and joints' parts, ends up at {figures}: the target's figures do not "
         "fit what they are to hold; the leg is designed with the drawn ones"

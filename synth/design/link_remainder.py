@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 from synth.files.leg_keys import COM_LIMIT
 from synth.swing.leg_model import Link
@@ -43,8 +44,14 @@ class LinkRemainder:
         return self.least - allowed <= self.about_hinge <= self.most + allowed
 
     def within(self, span: tuple[float, float]) -> RigidBody:
-        """The nearest rest that exists, its centre within ``span`` m along the link: a rod, or a point."""
-        centre = min(max(self.centre, span[0]), span[1])
+        """The nearest rest that exists, its centre within ``span`` m along the link: a rod, or a point.
+
+        It keeps its inertia about the hinge and gives up its centre, as far as the span allows: with the centre kept,
+        each gram more of a joint's parts would push the rest outwards and raise the inertia, and with that the spring
+        and its own mass; the rounds of parts and masses then went on for ever.
+        """
+        farthest = sqrt(max(self.about_hinge, 0.0) / self.mass)
+        centre = min(max(min(max(self.centre, -farthest), farthest), span[0]), span[1])
         least, most = self.mass * centre**2, self.mass * max(abs(end) for end in span) ** 2
         own = min(max(self.about_hinge, least), most) - least
         return RigidBody(self.mass, (0.0, -centre, 0.0), (own, 0.0, own, 0.0, 0.0, 0.0))
@@ -66,9 +73,8 @@ def remainder_of(link: Link, drawn: RigidBody) -> LinkRemainder | None:
 def possible_body(link: Link, drawn: RigidBody, parts: Sequence[RigidBody]) -> RigidBody:
     """The link by its figures where it can hold its drawn ``parts``; else the nearest that can.
 
-    That has the stated mass. Its rest lies where the figures put it, or at the nearest place between the hinge and the
-    link's end, a drawn part's centre or the stated centre; its inertia is the least that is possible there, if the
-    figures ask for less. Drawn parts that outweigh the figures are the link.
+    That has the stated mass, and the stated inertia about the hinge where a rest between the hinge and the link's end
+    (or a drawn part's centre, or the stated one) can give it. Drawn parts that outweigh the figures are the link.
     """
     rest = remainder_of(link, drawn)
     if rest is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import sqrt
 
 import pytest
 
@@ -63,17 +64,31 @@ def test_plausible_link_figures_are_kept() -> None:
     assert "no other parts of 280 g, with their centre at 113 mm" in text
 
 
-def test_a_rest_without_enough_inertia_gets_the_least_that_is_possible() -> None:
+def test_a_rest_without_enough_inertia_comes_nearer_to_the_hinge() -> None:
     """Figures whose rest would have a negative inertia about its own centre were simulated as stated."""
     hip, _ = built_links(leg("joint", 0.5), PARTS)
-    place = (0.5 * 0.1 - 0.22 * hip.drawn.link(LENGTH).com) / 0.28
+    about = 4e-4 + 0.5 * 0.1**2
+    place = sqrt((about - hip.drawn.about_hinge) / 0.28)
+    assert place == pytest.approx(0.0944, abs=1e-4)
     assert hip.link.mass == pytest.approx(0.5)
-    assert hip.link.com == pytest.approx(0.1)
-    assert hip.body.about_hinge == pytest.approx(hip.drawn.about_hinge + 0.28 * place**2)
-    assert hip.body.about_hinge > 1.15 * (4e-4 + 0.5 * 0.1**2)
+    assert hip.body.about_hinge == pytest.approx(about)
+    assert hip.link.com == pytest.approx((0.22 * hip.drawn.link(LENGTH).com + 0.28 * place) / 0.5)
+    assert hip.body.inertia[2] > hip.drawn.inertia[2]
     (_, text), *_ = link_warnings((hip,), {})
     assert "no link with the drawn tube and joint parts has the target's figures" in text
-    assert "with the stated mass and centre, and 0.00647 instead of 0.0054 kg*m^2" in text
+    assert "would have their centre at 113 mm and 0.00249 kg*m^2, where at least 0.00357 is possible" in text
+    assert (
+        "The leg is designed with its mass and inertia about the joint and its centre at 90 instead of 100 mm" in text
+    )
+    assert text.endswith("as if these 280 g lay about 94 mm from the joint")
+
+
+def test_heavier_parts_do_not_raise_a_stated_inertia() -> None:
+    """They pushed the rest outwards, which asked for a stiffer and heavier spring, round by round."""
+    heavier = [*PARTS, part("hip", "lower", 0.05, 0.0)]
+    (hip, _), (other, _) = (built_links(leg("joint", 0.5), parts) for parts in (PARTS, heavier))
+    assert other.drawn.mass == pytest.approx(hip.drawn.mass + 0.05)
+    assert other.body.about_hinge == pytest.approx(hip.body.about_hinge)
 
 
 @pytest.mark.parametrize(("com", "at"), [(0.02, 0.0), (0.19, LENGTH)])
