@@ -63,7 +63,7 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
         (f"slip thrust washer and collar on at ear B; clamp both collars with a feeler of {feeler} under one, that of "
          "ear A through the hole in the bracket", ("collar_b", "thrust_washer_b"), 1.8, 0.0),
         (_seat_step(joint), ("seat_screw",), 1.3, 0.0),
-        ("put the damper on, now that the seat is set, and screw it to the bracket" + _at_damper(joint),
+        (_damper_step(joint),
          ("damper", "damper_screw", "damper_output_pin", "damper_set_screw"), -2.2, 0.0),
     ]  # fmt: skip
     if encoder is not None:
@@ -139,6 +139,12 @@ def _on_shaft(joint: BuiltJoint) -> str:
     return ""
 
 
+def _damper_step(joint: BuiltJoint) -> str:
+    return (
+        "put the damper on, now that the seat is set, and screw it to the bracket" + _at_damper(joint) + _clocked(joint)
+    )
+
+
 def _at_damper(joint: BuiltJoint) -> str:
     names = [part.name for part in joint.parts]
     if any(name.endswith("damper_set_screw") for name in names):
@@ -154,6 +160,22 @@ def _at_damper(joint: BuiltJoint) -> str:
     if damper.bore.hub == "clamp":
         return f"; tighten its hub's clamp on the shaft{borne}"
     return f"; tighten its hub's set screw on the flat of the shaft's end{borne}"
+
+
+def _clocked(joint: BuiltJoint) -> str:
+    """How a damper that has ends is set to the joint's stops."""
+    turns = joint.dimensions.damper.travel
+    if turns is None:
+        return ""
+    low, high = joint.dimensions.stop_angles
+    middle = (low + high) / 2.0
+    past = (turns - (high - low)) / 2.0
+    where = "beyond its stops" if past >= 0.0 else "before its stops: turn it no further, by hand or by a motion"
+    return (
+        f". It turns by {turns:.4g} deg only: put it on with the joint at {middle:.1f} deg, half way between its "
+        f"stops, and the damper in the middle of its travel. Its ends are then at {low - past:.1f} and "
+        f"{high + past:.1f} deg of the joint, {abs(past):.1f} deg {where}"
+    )
 
 
 def exploded_view(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:

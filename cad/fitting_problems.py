@@ -163,7 +163,9 @@ def _bore(dimensions: JointDimensions) -> list[DimensionProblem]:
         return [DimensionProblem(name, bore.size, f"at least {shaft:g} mm, or a thinner shaft", reason)]
     shortest = pin_at_least(dimensions.hardware.pin, shaft + 2 * LEAST_HELD)
     held = math.inf if shortest is None else shortest.length
-    least = max(shaft + 2 * LEAST_INSERT_WALL, held) + 2 * dimensions.fit
+    # The wall is thinnest at a flat, which of a D is nearer to the axis than half its size.
+    walled = (shaft / 2 + LEAST_INSERT_WALL + dimensions.fit) / flat_distance(bore.form, 1.0)
+    least = max(walled, held + 2 * dimensions.fit)
     wide = 2 * circumradius(bore.form, bore.size)
     if not has_insert(dimensions):
         return []
@@ -176,7 +178,10 @@ def _bore(dimensions: JointDimensions) -> list[DimensionProblem]:
             return []
         return [DimensionProblem(name, bore.size, f"at most {most:.4g} mm across corners", "it turns in the sleeve")]
     milled = shaft / milled_size(bore.form, 1.0)
-    allowed = f"at most {milled:.4g} mm, to which the shaft is milled, or at least {least:.4g} mm for an insert on it"
+    allowed = (
+        f"at most {milled:.4g} mm, to which the shaft is milled, or at least {least:.4g} mm for an insert on it, or "
+        f"another shaft_diameter than {shaft:g} mm"
+    )
     return [DimensionProblem(name, bore.size, allowed, "an insert needs a wall round the shaft, and a pin")]
 
 

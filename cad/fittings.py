@@ -146,6 +146,7 @@ class DamperDimensions:
     bolt_diameter: float = dimension(3.4, 2.2, 9.0, "mm", "clearance hole, M3 by default")
     adapter: AdapterDimensions | None = None
     bore: BoreDimensions = field(default_factory=BoreDimensions)
+    travel: float | None = dimension(None, 0.0, 1e5, "deg", "from one end to the other; left out it has no ends")
     unknown: tuple[str, ...] = ()
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:

@@ -190,12 +190,10 @@ def _short_link(
         allowed = longer if smaller.problems() or fewer < least else f"about {fewer:.3g} mm, or {longer}"
         reason = f"the damper's bracket is too wide for the link of {joint.link_length:g} mm beside it"
         return DimensionProblem(f"{name}.damper.bolt_circle", circle, allowed, reason)
-    return DimensionProblem(
-        f"{joint.name}.link_length",
-        joint.link_length,
-        f"at least {shortest:.4g} mm",
-        "the sockets of its two hinges would meet; smaller springs or dampers make them shorter",
-    )
+    reason = "the sockets of its two hinges would meet; smaller springs or dampers make them shorter"
+    if index + 1 == len(layouts):
+        reason = "its one hinge and the tube's socket are as long; a smaller spring or damper makes them shorter"
+    return DimensionProblem(f"{joint.name}.link_length", joint.link_length, f"at least {shortest:.4g} mm", reason)
 
 
 def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], index: int) -> float:

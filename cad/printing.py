@@ -169,6 +169,13 @@ def plan_leg(leg: BuiltLeg) -> tuple[PrintPlan, ...]:
     return tuple(plan for joint in leg.joints for plan in plan_joint(joint, leg.dimensions.printing))
 
 
+def _thicker(family: str) -> str:
+    """What makes the thinnest walls of a printed part thicker."""
+    if family == "damper_insert":  # between the shaft and the damper's bore
+        return "use a thinner shaft, or a damper with a larger bore"
+    return "increase wall"
+
+
 def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckResult]:
     """Walls, bed, support and strength of the printed parts in their best orientations; strength of steel ones."""
     results: list[CheckResult] = []
@@ -176,7 +183,7 @@ def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckRe
     for plan in plans:
         part = next(part for part in joint.parts if part.name == plan.part)
         wall = float(np.percentile(wall_thickness(part.mesh)[1], PERCENTILE))
-        text = f"{PERCENTILE:g} % of the surface is thinner; increase wall"
+        text = f"{PERCENTILE:g} % of the surface is thinner; {_thicker(part.family)}"
         results.append(check_at_least("print: wall", part.name, wall, printing.thinnest - CHORDS, "mm", text))
         long, wide, high = plan.size
         room = " x ".join(f"{size:g}" for size in printing.bed)

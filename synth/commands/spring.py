@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from synth.spring.spring_requirements import SpringRequirements
     from synth.spring.spring_task import SpringLimits
 
-IMPOSSIBLE = 1  # exit status if no single spring meets the request
+IMPOSSIBLE = 1  # exit status if no single spring meets the request, or the given one breaks a limit
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
 
@@ -126,7 +126,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         written = [str(Path(arguments.out) / name) for name in names]
         if answer.best is not None and wish.convention != "tangent":
             progress.say(f"note: no STEP or STL, {wish.convention} legs cannot be drawn; tangent ones can")
-    status = 0 if answer.best is not None else IMPOSSIBLE
+    status = 0 if answer.best is not None and answer.best.feasible else IMPOSSIBLE
     if arguments.json == "-":
         progress.document(json.dumps(answer.content, indent=2))
         return status

@@ -61,6 +61,13 @@ class DamperOption:
     partner: str = ""
     partner_rate: float | None = None
 
+    @property
+    def turns(self) -> float | None:
+        """How far it lets the joint turn, rad; None: without end, or unknown."""
+        if self.row is None or self.row.continuous == "yes" or self.row.travel is None:
+            return None
+        return self.row.travel / self.arrangement.ratio
+
     def with_exponent(self, exponent: float) -> Damper:
         """The damper at the joint with another exponent of the assumed law."""
         assert self.row is not None
@@ -132,7 +139,7 @@ def choose_dampers(
     Each candidate is evaluated with the spring rate and free angle tuned to it, because these are fitted again after
     the choice. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant). ``leg``:
     the leg in which they are simulated; default the wanted leg, else one with the same springs and effects of its own.
-    ``travel``: (n,) rad, the travel of each joint.
+    ``travel``: (n,) rad, each joint's from stop to stop.
 
     Raises
     ------

@@ -5,6 +5,8 @@ Assumed dimensions are named on the drawn part and in the notes, with the projec
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from synth.design.leg_design import LegDesign
@@ -52,6 +54,8 @@ def damper_of(design: LegDesign, j: int, shaft: float, notes: list[str]) -> Damp
     if own is not None:
         known |= {"shaft_side": "shaft", "shaft_size": own, "shaft_form": known.get("shaft_form", "d")}
     drawn = drawn_damper(known, shaft, f"cad.dampers.{name}")
+    if option.turns is not None and arrangement.ratio == 1.0:
+        drawn = replace(drawn, travel=degrees(option.turns))
     if drawn.unknown:
         what = option.part or option.label
         notes.append(

@@ -86,13 +86,15 @@ def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
 
 
 def travel_warnings(joint: str, option: DamperOption, choice: DamperChoice, travel: float) -> list[str]:
-    """A warning on a damper named by part that does not turn as far as the joint turns it (``travel`` rad), or may not.
+    """A warning on a damper that does not turn as far as the joint's stops let it (``travel`` rad), or may not.
 
-    Others are chosen among those that do.
+    Parts that are not named are chosen among those that turn between the closest stops; the built leg's motion may ask
+    for wider ones.
     """
     if option.row is None:
         return []
-    wanted = (choice.travel if choice.travel is not None else travel) * option.arrangement.ratio
+    asks = choice.travel is not None and choice.travel >= travel
+    wanted = max(choice.travel or 0.0, travel) * option.arrangement.ratio
     allowed = option.row.allows_travel(wanted)
     if allowed is None:
         text = f"{joint}: the catalogue does not state how far {option.part} turns; that it turns "
@@ -101,8 +103,8 @@ def travel_warnings(joint: str, option: DamperOption, choice: DamperChoice, trav
         return []
     assert option.row.travel is not None
     most, turned = unlike(degrees(option.row.travel), degrees(wanted), ".0f")
-    asked = "the joint turns it by" if choice.travel is None else "travel asks for"
-    text = f"{joint}: {option.part} turns by {most} deg only, and {asked} {turned} deg"
+    asked = f"travel asks for {turned} deg" if asks else f"the joint turns it by {turned} deg from stop to stop"
+    text = f"{joint}: {option.part} turns by {most} deg only, and {asked}"
     return [decisive(text, TURN_IT_LESS)]
 
 

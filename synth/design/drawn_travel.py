@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import ceil, degrees, floor
+from math import degrees
 
 import numpy as np
 
 from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
+from synth.design.stop_places import ASKED_STOP, STOP, Ends, moved_range, needed_range
 from synth.remarks import decisive
 from synth.swing.mechanics import rest_pose
 
-Ends = tuple[float, float]
-MARGIN = 5.0  # deg, drawn travel beyond the leg's motion if the leg file gives no range
-STOP = 3.0  # deg past such a travel, at which the hard stops touch
-ASKED_STOP = 1.5  # deg past a range that the leg file states: the tolerance of printed flanks
 YIELD_SPARE = 2.0  # deg, from a stop to the spring's yield: an impact bends the printed stop horns by about one
 
 
@@ -30,7 +27,7 @@ def drawn_range(design: LegDesign, j: int, rest: float) -> Ends:
         return low, high
     motions = [*design.wanted.motions, *design.built_motions]
     angles = np.degrees(np.concatenate([design.built.to_measured(motion)[:, j] for motion in motions]))
-    return floor(min(angles.min(), rest) - MARGIN), ceil(max(angles.max(), rest) + MARGIN)
+    return moved_range(min(angles.min(), rest), max(angles.max(), rest))
 
 
 def yields_of(design: LegDesign, j: int, closes: int | None = None) -> Ends | None:
@@ -54,7 +51,7 @@ def stops_of(design: LegDesign, j: int, travel: Ends, yields: Ends | None, notes
     enough, the stops stay beyond the travel, a note names the spring's yield as the binding limit, and the drawn joint
     fails the check of its stops.
     """
-    joint, asked = design.built.joints[j], _asked(design, j)
+    joint, asked = design.built.joints[j], is_asked(design, j)
     beyond = ASKED_STOP if asked else STOP
     stops = (travel[0] - beyond, travel[1] + beyond)
     if yields is None:
@@ -62,7 +59,7 @@ def stops_of(design: LegDesign, j: int, travel: Ends, yields: Ends | None, notes
     first, last = yields[0] + YIELD_SPARE, yields[1] - YIELD_SPARE
     if first <= stops[0] and stops[1] <= last:
         return travel, stops
-    needed = _needed(travel, asked=asked)
+    needed = needed_range(travel, asked=asked)
     if _holds(yields, needed):
         stops = (max(stops[0], first), min(stops[1], last))
         return (max(travel[0], stops[0] + ASKED_STOP), min(travel[1], stops[1] - ASKED_STOP)), stops
@@ -81,7 +78,7 @@ def well_seated(design: LegDesign) -> LegDesign:
     """The design with each spring turned round that holds its joint's travel only in the other seat."""
     pose, chosen = np.degrees(design.built.to_measured(rest_pose(design.built))), []
     for j, option in enumerate(design.springs.chosen):
-        needed = _needed(drawn_range(design, j, float(pose[j])), asked=_asked(design, j))
+        needed = needed_range(drawn_range(design, j, float(pose[j])), asked=is_asked(design, j))
         here, there = (yields_of(design, j, closes) for closes in (option.closes, -option.closes))
         if here is not None and there is not None and _holds(there, needed) and not _holds(here, needed):
             option = _turned_round(option)
@@ -117,14 +114,9 @@ def turned_sentences(design: LegDesign, j: int) -> list[str]:
     ]
 
 
-def _asked(design: LegDesign, j: int) -> bool:
+def is_asked(design: LegDesign, j: int) -> bool:
     """Whether the leg file states the joint's range."""
     return design.project.target.joints[j].range is not None
-
-
-def _needed(travel: Ends, *, asked: bool) -> Ends:
-    """The least travel (deg) to draw: a stated one as it stands, else that of the motion and a degree."""
-    return travel if asked else (travel[0] + MARGIN - 1.0, travel[1] - MARGIN + 1.0)
 
 
 def _holds(yields: Ends, needed: Ends) -> bool:

@@ -14,12 +14,12 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.design.drawn_springs import simulate_built_leg
-from synth.design.drawn_travel import ASKED_STOP
 from synth.design.judged_sets import Judge
 from synth.design.leg_design import LegDesign
 from synth.design.part_sets import PartSet
 from synth.design.response import WantedRelease
 from synth.design.stated_range import StatedRange
+from synth.design.stop_places import ASKED_STOP
 from synth.swing.effects import joint_stop
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import rest_pose

@@ -11,9 +11,10 @@ import numpy as np
 
 from synth.design.damper_drawing import damper_of
 from synth.design.drawable_springs import drawn_pitch
-from synth.design.drawn_travel import drawn_range, stops_of, turned_sentences, yields_of
+from synth.design.drawn_travel import drawn_range, is_asked, stops_of, turned_sentences, yields_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.design.spring_hands import hand_notes, hands_of, is_pair
+from synth.design.stop_places import least_stops, within_damper
 from synth.errors import Problem, UserError
 from synth.parts.part_candidates import MEASURE_IT
 from synth.remarks import noted
@@ -71,7 +72,12 @@ def _joint(
     assert joint.spring is not None
     rest, fastest = moves
     yields = yields_of(design, j)
-    travel, stops = stops_of(design, j, drawn_range(design, j, rest), yields, notes)
+    moved = drawn_range(design, j, rest)
+    travel, stops = stops_of(design, j, moved, yields, notes)
+    turns = design.dampers.chosen[j].turns
+    if turns is not None:
+        least = least_stops(moved, asked=is_asked(design, j))
+        travel, stops = within_damper(travel, stops, least, degrees(turns))
     notes += turned_sentences(design, j)
     option = design.springs.chosen[j]
     notes += hand_notes(joint.name, option)

@@ -20,14 +20,15 @@ from synth.design.choose_dampers import (
     choose_dampers,
     measured_curves,
 )
-from synth.design.choose_springs import SpringChoiceMade, travels
+from synth.design.choose_springs import SpringChoiceMade
 from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
-from synth.design.spring_warnings import spring_warnings
+from synth.design.spring_warnings import spring_warnings, stop_warnings
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.stated_range import StatedRange
+from synth.design.stop_places import least_stops, moved_range
 from synth.design.target_effects import TargetEffect, TargetLeg, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
@@ -39,7 +40,7 @@ from synth.fit.wanted_motion import with_other_legs
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import FROUDE, froude_time_scale
+from synth.swing.mechanics import FROUDE, froude_time_scale, rest_pose
 
 Effort = Literal["first", "found", "chosen", "full"]
 
@@ -178,7 +179,7 @@ def design_for(
         fitted = with_held_out(fitted, motion.held_out_scaled, begun_late=motion.begun_late)
     with stage("choosing dampers"):
         wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
-        turned = _turned(fitted.leg, wanted)
+        turned = _turned(project.target, fitted.leg, wanted)
         real = _real(fitted.leg, into)
         dampers = choose_dampers(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
@@ -225,9 +226,26 @@ def with_report_figures(design: LegDesign, motion: SourceMotion) -> LegDesign:
     return replace(design, warnings=(*warnings, *notes(design.target_effects)))
 
 
-def _turned(leg: Leg, wanted: WantedResponse) -> list[float]:
-    """How far each joint turns, rad."""
-    return [travel.winding + travel.opening for travel in travels(leg, wanted.motions)]
+def _turned(target: Leg, leg: Leg, wanted: WantedResponse) -> list[float]:
+    """How far each joint turns from stop to stop, rad, its stops as close as its range or its motion allow."""
+    poses = [*wanted.motions, rest_pose(leg)[np.newaxis]]
+    angles = np.degrees(np.concatenate([leg.to_measured(each) for each in poses]))
+    found = []
+    for j, joint in enumerate(target.joints):
+        travel = moved_range(angles[:, j].min(), angles[:, j].max())
+        if joint.range is not None:
+            travel = degrees(joint.range[0]), degrees(joint.range[1])
+        first, last = least_stops(travel, asked=joint.range is not None)
+        found.append(radians(last - first))
+    return found
+
+
+def _turned_as_drawn(design: LegDesign) -> list[float]:
+    """As ``_turned``, from drawn stop to drawn stop where the joints are drawn."""
+    if design.drawn is None:
+        return _turned(design.project.target, design.target.leg, design.wanted)
+    ends = [joint.stop_angles for joint in design.drawn.dimensions.joints]
+    return [radians(last - first) for first, last in ends]
 
 
 def _real(leg: Leg, target: TargetLeg) -> Leg:
@@ -252,9 +270,11 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
-    turned = _turned(target.leg, wanted)
+    turned = _turned_as_drawn(design)
     for j, name in enumerate(names):
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
+        if design.drawn is not None:
+            texts += stop_warnings(name, springs.chosen[j], design.drawn.dimensions.joints[j])
         texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))
         texts += travel_warnings(name, dampers.chosen[j], project.joints[name].damper, turned[j])
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)

@@ -4,18 +4,20 @@ The upper half of a joint belongs to the link before it, the lower half to its o
 each, because each of its ends moves with one half. The target's file states what a link's figures include:
 
 - ``includes: none``: the link without its joints' parts. The parts are added; the drawn tube is the link itself.
-- ``includes: joint``: everything. The figures are used, unless the drawn parts alone weigh more. Then the figures are
-  impossible, and the drawn tube and parts are used.
+- ``includes: joint``: everything. The figures are used, unless no link with the drawn parts has them: then the nearest
+  that can be built, see ``link_remainder``. Drawn parts that alone weigh more are the link.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import Any
 
+from synth.design.link_remainder import LinkRemainder, possible_body, remainder_of
 from synth.design.part_masses import PartMass
-from synth.remarks import Remark
+from synth.remarks import Remark, noted
 from synth.swing.leg_model import Leg, Link
 from synth.swing.rigid_body import RigidBody, combined_body, link_body, offset_torque
 from synth.units import quantity
@@ -52,11 +54,13 @@ class BuiltLink:
 
     @property
     def share(self) -> float:
-        """Relative difference of simulated and assumed mass, or of inertia about the joint, whichever is larger."""
-        return max(
-            abs(self.body.mass / self.assumed.mass - 1.0),
-            abs(self.body.about_hinge / link_body(self.assumed).about_hinge - 1.0),
-        )
+        """Relative difference of simulated and assumed mass, centre or inertia about the joint, whichever is larger."""
+        return _difference(self.link, self.assumed)
+
+    @property
+    def rest(self) -> LinkRemainder | None:
+        """What the assumed figures leave beside the drawn parts; None where they include none, or weigh no more."""
+        return remainder_of(self.assumed, self.drawn) if self.assumed.includes == "joint" else None
 
     def as_json(self, gravity: float) -> dict[str, Any]:
         """The link's entry under ``links`` in ``design.json``."""
@@ -88,10 +92,12 @@ def _built(target: Leg, index: int, masses: Sequence[PartMass]) -> BuiltLink:
     joint = target.joints[index]
     shares = _shares(target, index, masses)
     added = [item for item in shares if joint.link.includes == "joint" or item[0].family != "link"]
-    drawn = combined_body(body for _, body in added)
-    own = link_body(joint.link)
-    stated = drawn if drawn.mass > own.mass else own
-    body = combined_body([own, drawn]) if joint.link.includes == "none" else stated
+    bodies = [body for _, body in added]
+    drawn = combined_body(bodies)
+    if joint.link.includes == "none":
+        body = combined_body([link_body(joint.link), drawn])
+    else:
+        body = possible_body(joint.link, drawn, bodies)
     parts = tuple((item.part, part.mass, item.basis) for item, part in added)
     return BuiltLink(joint.name, joint.link, drawn, body, parts)
 
@@ -119,15 +125,19 @@ def with_links(leg: Leg, links: Sequence[BuiltLink]) -> Leg:
     return replace(leg, joints=tuple(joints))
 
 
-def same_links(one: Leg, other: Leg) -> bool:
-    """Whether the links of both legs have the same mass and inertia about the joint, within ``SAME_LINK``."""
-    return all(
-        abs(a / b - 1.0) < SAME_LINK
-        for first, second in zip(one.joints, other.joints, strict=True)
-        for a, b in (
-            (first.link.mass, second.link.mass),
-            (link_body(first.link).about_hinge, link_body(second.link).about_hinge),
-        )
+def same_links(one: Leg, other: Leg, within: float = SAME_LINK) -> bool:
+    """Whether the links of both legs have the same mass, centre and inertia about the joint, ``within`` relative."""
+    pairs = zip(one.joints, other.joints, strict=True)
+    return all(_difference(first.link, second.link) < within for first, second in pairs)
+
+
+def _difference(one: Link, other: Link) -> float:
+    """The largest relative difference of two links' figures; of the centre in radii of gyration about the joint."""
+    about = link_body(other).about_hinge
+    return max(
+        abs(one.mass / other.mass - 1.0),
+        abs(link_body(one).about_hinge / about - 1.0),
+        abs(one.com - other.com) / sqrt(about / other.mass),
     )
 
 
@@ -141,37 +151,61 @@ def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> lis
     """
     warnings: list[tuple[str, str]] = []
     for item in links:
-        own, built, drawn = link_body(item.assumed), item.body, item.drawn
-        if item.share > WORTH_SAYING:
-            warnings.append((item.joint, Remark(_difference_words(item), "check", STATE)))
-        elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
-            text = (
-                f"{item.joint}: its link is simulated with the target's {own.mass * 1e3:.0f} g, but the drawn tube and "
-                f"joint parts weigh {drawn.mass * 1e3:.0f} g. If the link has no other parts of "
-                f"{(own.mass - drawn.mass) * 1e3:.0f} g, correct the target's figures"
-            )
-            warnings.append((item.joint, text))
+        found = _difference_remark(item)
+        if found:
+            warnings.append((item.joint, found))
         named = [name for name, _, _ in item.parts if name in assumed]
         if named:
             grams = 1e3 * sum(mass for name, mass, _ in item.parts if name in named)
             text = (
-                f"{item.joint}: {grams:.0f} g of its link's {built.mass * 1e3:.0f} g are assumed masses of "
+                f"{item.joint}: {grams:.0f} g of its link's {item.body.mass * 1e3:.0f} g are assumed masses of "
                 f"{', '.join(named)}: weigh them and write cad: {{masses: {{{named[0]}: ... g}}}}"
             )
             warnings.append((item.joint, text))
     return warnings
 
 
-def _difference_words(item: BuiltLink) -> str:
-    own, built = link_body(item.assumed), item.body
-    figures = (
-        f"{built.mass * 1e3:.0f} g instead of {own.mass * 1e3:.0f} g, its centre at {-built.centre[1] * 1e3:.0f} "
-        f"instead of {-own.centre[1] * 1e3:.0f} mm, {built.about_hinge:.3g} instead of {own.about_hinge:.3g} kg*m^2 "
-        "about the joint"
+def _difference_remark(item: BuiltLink) -> str:
+    """What the built link has that the target's file does not say, or the other way round; empty if nothing."""
+    if item.share > WORTH_SAYING:
+        return Remark(_difference_words(item), "check", STATE)
+    if item.share > SAME_LINK:
+        return noted(_difference_words(item))
+    rest = item.rest
+    if rest is None or rest.mass < WORTH_SAYING * item.assumed.mass:
+        return ""
+    return (
+        f"{item.joint}: its link is simulated with the target's {item.assumed.mass * 1e3:.0f} g, but the drawn tube "
+        f"and joint parts weigh {item.drawn.mass * 1e3:.0f} g. If the link has no other parts of "
+        f"{rest.mass * 1e3:.0f} g, with their centre at {rest.centre * 1e3:.0f} mm, correct the target's figures"
     )
+
+
+def _difference_words(item: BuiltLink) -> str:
+    own, built, rest = link_body(item.assumed), item.body, item.rest
+    centre = f"its centre at {-built.centre[1] * 1e3:.0f} instead of {-own.centre[1] * 1e3:.0f} mm"
+    about = f"{built.about_hinge:.3g} instead of {own.about_hinge:.3g} kg*m^2 about the joint"
+    figures = f"{built.mass * 1e3:.0f} g instead of {own.mass * 1e3:.0f} g, {centre}, {about}"
     if item.assumed.includes == "none":
         return f"{item.joint}: with its joints' parts the link has {figures}; the leg is designed with these values"
+    if rest is not None:
+        same = abs(built.about_hinge / own.about_hinge - 1.0) < SAME_LINK
+        kept = f"its mass and inertia about the joint and {centre}" if same else f"its mass, {centre}, {about}"
+        place = (item.drawn.mass * item.drawn.centre[1] - built.mass * built.centre[1]) / rest.mass
+        where = f"as if these {rest.mass * 1e3:.0f} g lay about {place * 1e3:.0f} mm from the joint"
+        return f"{item.joint}: {_impossible_words(item, rest)}. The leg is designed with {kept}, {where}"
     return (
         f"{item.joint}: the link as drawn, tube and joints' parts, ends up at {figures}: the target's figures do not "
         "fit what they are to hold; the leg is designed with the drawn ones"
+    )
+
+
+def _impossible_words(item: BuiltLink, rest: LinkRemainder) -> str:
+    low = rest.about_hinge < rest.least
+    limit = f"at least {rest.least:.3g}" if low else f"at most {rest.most:.3g}"
+    return (
+        f"no link with the drawn tube and joint parts has the target's figures. The parts weigh "
+        f"{item.drawn.mass * 1e3:.0f} g and have {item.drawn.about_hinge:.3g} kg*m^2 about the joint; the other "
+        f"{rest.mass * 1e3:.0f} g would have their centre at {rest.centre * 1e3:.0f} mm and {rest.about_hinge:.3g} "
+        f"kg*m^2, where {limit} is possible"
     )

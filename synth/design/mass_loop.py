@@ -28,7 +28,7 @@ from synth.design.leg_design import (
     known_beforehand,
     with_report_figures,
 )
-from synth.design.link_masses import BuiltLink, built_links, link_warnings, same_links, with_links
+from synth.design.link_masses import SAME_LINK, BuiltLink, built_links, link_warnings, same_links, with_links
 from synth.design.part_masses import PartMass, Pieces, unknown_parts
 from synth.design.solid_work import joint_masses
 from synth.errors import Problem, UserError
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from synth.cad import LegDimensions
 
 MOST_ROUNDS = 5  # of choosing; the built-in example and the lab's project take two
+SAME_CHOICE = 0.02  # relative, of links with the same parts: a spring to wind of one label has other coils by round
 NEAR_JOINTS = 0.03  # mm, deg, N m: masses of joints this close agree to 1e-3, a fifth of the tolerance of convergence
 MOST_SETTLING = 4  # drawings until free angles and masses agree; two are enough except for the last digit
 
@@ -83,7 +84,8 @@ def _rounds(
         design = design_for(project, catalogue, known, target, stage, effort=effort, held=held, drawn=True)
         with stage("weighing the joints' parts"):
             carrying = scales.on_links(draw_up(design, catalogue))
-        settled = count > 1 and (design.sets.chosen.labels == labels or same_links(target, carrying))
+        within = SAME_CHOICE if design.sets.chosen.labels == labels else SAME_LINK
+        settled = count > 1 and same_links(target, carrying, within)
         if settled:
             break
         target, labels, held = carrying, design.sets.chosen.labels, _wires(design)

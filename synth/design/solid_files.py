@@ -131,8 +131,8 @@ def not_weighed(design: LegDesign) -> LegDesign:
     if whole:
         texts.append(
             f"nothing is drawn, so the links of {', '.join(whole)} are taken as the target states them, with the "
-            "joints' parts (includes: joint). Where the drawn parts weigh more than that, the links become heavier, "
-            "and spring rates go with the links' inertia"
+            "joints' parts (includes: joint). Where the drawn parts weigh more than that, or leave the rest too little "
+            "inertia, the links become heavier or gain inertia, and spring rates go with it"
         )
     found = tuple((None, decisive(text, NOT_FINAL)) for text in texts)
     return replace(design, warnings=(*found, *design.warnings))

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import degrees
+from math import degrees, radians
+from typing import TYPE_CHECKING
 
 from synth.design.choose_springs import SpringOption, WantedTravel
 from synth.design.spring_hands import hand_warnings
 from synth.files.project_options import SpringChoice
-from synth.remarks import decisive, unlike
+from synth.remarks import decisive, noted, unlike
+from synth.spring.bought_spring import vendor_limits
+
+if TYPE_CHECKING:
+    from synth.cad import JointDimensions
 
 BEAR_IT = (
     "Have one wound (make: true), allow other rates or several in parallel (rate_tolerance, parallel), add a table "
@@ -54,3 +59,18 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
             f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"
         )
     return [*warnings, *hand_warnings(joint, option)]
+
+
+def stop_warnings(joint: str, option: SpringOption, dimensions: JointDimensions) -> list[str]:
+    """Notes on a bought spring that bears the motion, but passes a vendor's limit where a drawn stop ends its travel.
+
+    Its yield is looked after by the stops themselves, see ``drawn_travel``.
+    """
+    if option.row is None or option.passed:
+        return []
+    stop = dimensions.ends[0]
+    wound = radians(max(dimensions.closing(stop), 0.0))
+    return [
+        noted(f"{joint}: turned to its stop at {stop:.1f} deg, {option.part} {each.text}")
+        for each in vendor_limits(option.row, wound)
+    ]

@@ -11,11 +11,13 @@ from typing import TypeVar
 from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
 from synth.parts.coil_rate import rate
-from synth.parts.rows import CurvePointRow, DamperRow, GearMotorRow, MaterialRow, TorsionSpringRow, WireRow
+from synth.parts.rows import RPM, CurvePointRow, DamperRow, GearMotorRow, MaterialRow, TorsionSpringRow, WireRow
 
 DISAGREEMENT = 0.25  # published values this far apart contradict each other: vendors' tolerance is 10 %
 
 SIZES_APART = 0.03  # makers hold the outer diameter within 1 to 3 %, and round to three digits
+
+ROUNDING = 1e-6  # relative, of converted units
 
 NO_TRAVEL = "no travel"
 
@@ -59,8 +61,7 @@ def contradictions(row: CatalogueRow, modulus_of: ModulusOf) -> list[str]:
         return [*_rate(row, modulus_of), *_angle(row), *_spring_sizes(row)]
     found: list[str] = []
     if isinstance(row, DamperRow):
-        if row.min_torque is not None and row.max_torque is not None and row.min_torque > row.max_torque:
-            found.append(f"least torque {row.min_torque:.4g} N*m above the greatest {row.max_torque:.4g} N*m")
+        found += [*_damper_limits(row), *_damper_sizes(row)]
     elif isinstance(row, WireRow):
         low, high = row.min_tensile_strength, row.max_tensile_strength
         if low is not None and high is not None and low > high:
@@ -73,6 +74,35 @@ def contradictions(row: CatalogueRow, modulus_of: ModulusOf) -> list[str]:
         found += _motor(row)
     elif isinstance(row, MaterialRow) and (row.max_diameter or math.inf) < (row.min_diameter or 0.0):
         found.append("least diameter above the greatest")
+    return found
+
+
+def _damper_limits(row: DamperRow) -> list[str]:
+    """Torques, speeds and temperatures against their limits."""
+    found: list[str] = []
+    if row.min_torque is not None and row.max_torque is not None and row.min_torque > row.max_torque:
+        found.append(f"least torque {row.min_torque:.4g} N*m above the greatest {row.max_torque:.4g} N*m")
+    if row.reverse_torque is not None and row.max_torque is not None and row.reverse_torque > row.max_torque:
+        found.append(f"reverse torque {row.reverse_torque:.4g} N*m above the torque {row.max_torque:.4g} N*m")
+    if row.speed is not None and row.max_speed is not None and row.speed > row.max_speed * (1.0 + ROUNDING):
+        found.append(f"torque at {row.speed / RPM:.4g} rpm, above the maximum speed {row.max_speed / RPM:.4g} rpm")
+    low, high = row.min_temperature, row.max_temperature
+    if low is not None and high is not None and low > high:
+        found.append(f"least temperature {low:.4g} degC above the highest {high:.4g} degC")
+    return found
+
+
+def _damper_sizes(row: DamperRow) -> list[str]:
+    """Screws and shaft against each other and the body; screws inside a body's outline may hold its face."""
+    found: list[str] = []
+    if row.bolts is not None and not row.bolts.is_integer():
+        found.append(f"{row.bolts:.4g} bolts: they are counted")
+    size, body = row.shaft_size, row.outer_diameter
+    if size is not None and body is not None and size >= body:
+        found.append(f"shaft {size * 1e3:.4g} mm not thinner than the body {body * 1e3:.4g} mm")
+    circle, hole = row.bolt_circle, row.bolt_diameter or 0.0
+    if size is not None and circle is not None and circle - hole <= size:
+        found.append(f"bolts on a circle of {circle * 1e3:.4g} mm meet the shaft of {size * 1e3:.4g} mm")
     return found
 
 
@@ -158,6 +188,8 @@ def _spring_sizes(row: TorsionSpringRow) -> list[str]:
         found.append("the outer diameter leaves no hole in the coil")
     elif inner is not None and row.max_arbor_diameter is not None and row.max_arbor_diameter > inner:
         found.append(f"arbor {row.max_arbor_diameter * 1e3:.4g} mm thicker than the hole {inner * 1e3:.4g} mm")
+    if leg := _leg_inside(row):
+        found.append(leg)
     close, body = row.close_wound_length, row.body_length
     if close is not None and body is not None and body < close * (1.0 - DISAGREEMENT):
         found.append(f"body length {body * 1e3:.4g} mm, but touching coils take {close * 1e3:.4g} mm")
@@ -169,6 +201,19 @@ def _spring_sizes(row: TorsionSpringRow) -> list[str]:
         if abs(reached / row.max_torque - 1.0) > DISAGREEMENT:
             found.append(f"rate times max deflection is {reached:.3g} N*m, max torque {row.max_torque:.3g} N*m")
     return found
+
+
+def _leg_inside(row: TorsionSpringRow) -> str:
+    """A leg that ends before it leaves the coil, tangent or radial; empty if there is none."""
+    if row.leg_length is None or row.outer_diameter is None or row.wire_diameter is None:
+        return ""
+    outer, mean = row.outer_diameter / 2.0, (row.outer_diameter - row.wire_diameter) / 2.0
+    if row.leg_convention == "axial" or math.hypot(row.leg_length, mean) >= outer:
+        return ""
+    return (
+        f"legs of {row.leg_length * 1e3:.4g} mm from the axis end inside the coil, whose outer radius is "
+        f"{outer * 1e3:.4g} mm"
+    )
 
 
 def curve_problems(points: list[CurvePointRow]) -> list[str]:

@@ -82,6 +82,12 @@ def passed_limits(
         far, limit = unlike(turned, degrees(held), ".0f")
         text = f"yields at {limit} deg from its free angle, but the joint turns it {far} deg"
         yield PassedLimit(f"yields within {turned:.0f} deg", text)
+    yield from vendor_limits(row, travel)
+
+
+def vendor_limits(row: TorsionSpringRow, travel: float) -> Iterator[PassedLimit]:
+    """The vendor's largest deflection and torque, as far as ``travel`` rad from the free angle passes them."""
+    turned = degrees(travel)
     most = row.max_deflection
     if most is not None and travel > most * ROUNDING:
         far, limit = unlike(turned, degrees(most), ".0f")

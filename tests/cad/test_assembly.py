@@ -54,6 +54,21 @@ def test_assembly_uses_every_part_once_in_a_feasible_order(change):
 
 
 @pytest.mark.parametrize(
+    ("travel", "words"),
+    [
+        (None, ""),
+        (70.0, "Its ends are then at 75.0 and 145.0 deg of the joint, 2.0 deg beyond its stops"),
+        (60.0, "Its ends are then at 80.0 and 140.0 deg of the joint, 3.0 deg before its stops: turn it no further"),
+    ],
+)
+def test_the_ends_of_a_damper_are_set_to_the_stops(travel, words):
+    joint = build_joint(cleared(replace(KNEE, stops=(77.0, 143.0), damper=DamperDimensions(travel=travel))))
+    (said,) = [step.text for step in assembly(joint) if step.text.startswith("put the damper on")]
+    assert words in said
+    assert ("with the joint at 110.0 deg, half way between its stops" in said) is (travel is not None)
+
+
+@pytest.mark.parametrize(
     ("hub", "words"),
     [
         ("unknown", "its hub must turn with the shaft, which must hold 1.91 N*m"),

@@ -107,6 +107,13 @@ def test_a_link_shorter_than_its_hinges_is_refused():
     lay_out_leg(LegDimensions("leg", (replace(DRAWN, link_length=least + 0.1), replace(DRAWN, name="ankle"))))
 
 
+def test_a_link_shorter_than_its_one_hinge_is_refused_with_one_hinge():
+    with pytest.raises(DimensionError, match="its one hinge and the tube's socket are as long") as caught:
+        lay_out_leg(LegDimensions("leg", (replace(DRAWN, link_length=30.0),)))
+    least = float(caught.value.problems[0].allowed.split()[-2])
+    lay_out_leg(LegDimensions("leg", (replace(DRAWN, link_length=least + 0.1),)))
+
+
 def test_the_stated_shortest_arm_is_accepted():
     with pytest.raises(DimensionError) as caught:
         lay_out(replace(DRAWN, spring=replace(SPRING, free_arm=5.0)))

@@ -35,6 +35,7 @@ from synth.cad.joint import build_joint, orient
 from synth.cad.layout import damper_screws
 from synth.cad.outline import unit
 from synth.cad.parts import mesh_of
+from synth.cad.printing import check_printing
 from synth.cad.strength import stresses
 from synth.cad.travel import Bodies, check_travel, check_within, manifold
 
@@ -288,6 +289,20 @@ def test_mount_screws_clear_the_ears(hip):
 def test_an_impossible_fitting_is_refused_by_name(change, named):
     with pytest.raises(DimensionError, match=named):
         lay_out(replace(HIP, **change))
+
+
+@pytest.mark.parametrize("form", ["d", "square"])
+def test_the_least_bore_for_an_insert_prints(form):
+    """At a D's flat the insert was 0.9 mm thick: its wall was that of half its size, and only its print was refused."""
+    damper = DamperDimensions(bore=BoreDimensions(form, 11.0))
+    with pytest.raises(DimensionError, match="or another shaft_diameter than 8 mm") as caught:
+        lay_out(replace(HIP, damper=damper))
+    (problem,) = caught.value.problems
+    least = float(problem.allowed.split("at least ")[1].split()[0])
+    damper = replace(damper, bore=BoreDimensions(form, least + 0.01))
+    joint = build_joint(cleared(replace(HIP, damper=damper, encoder=None)))
+    found = [check for check in check_printing(joint, PrintDimensions()) if check.part == "hip_damper_insert"]
+    assert [str(check) for check in found if not check.passed] == []
 
 
 def test_only_the_first_joint_has_a_mount():

@@ -413,7 +413,10 @@ def test_a_single_link_through_the_straight_pose_is_designed(elbow: Path, tmp_pa
     out = tmp_path / "out"
     assert main(["--quiet", "leg", str(elbow / "leg-design.yaml"), "--out", str(out), "--no-pictures"]) == 0
     design = json.loads((out / "design.json").read_text())
-    assert design["stages"]["target"]["joints"]["elbow"]["spring_rate"]["value"] == pytest.approx(2.0, rel=0.01)
+    # With the drawn parts the link's centre is nearer to the joint than stated, and the spring does what gravity did.
+    link = design["links"]["elbow"]
+    assert link["built"]["com"]["value"] < 0.95 * link["assumed"]["com"]["value"]
+    assert design["stages"]["target"]["joints"]["elbow"]["spring_rate"]["value"] == pytest.approx(2.0, rel=0.03)
     assert (out / "parts" / "elbow_lower.step").is_file()
     assert any("the upper arm cannot lie" in note for note in design["solids"]["notes"])
 

@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 
 from synth.api.designs import design
+from synth.cad import JointDimensions, SpringDimensions
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
 from synth.design.choose_springs import SpringOption, SpringSource, WantedTravel, other_springs, spring_options
 from synth.design.drawable_springs import reasons_not_drawn
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedRelease, WantedResponse
-from synth.design.spring_warnings import spring_warnings
+from synth.design.spring_warnings import spring_warnings, stop_warnings
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import severity_of
-from synth.spring.bought_spring import check_bought, travel_to_yield
+from synth.spring.bought_spring import check_bought, travel_to_yield, vendor_limits
 from synth.spring.space import wound_inside_diameter
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -107,6 +108,23 @@ def test_a_named_part_or_the_only_one_is_taken_with_a_decisive_warning(tmp_path:
         assert said.startswith(f"knee: {part} {limit}")
         assert said.endswith("bears this joint's travel") is ("make" in asked)
         assert severity_of(said) == "decide"
+
+
+def test_a_vendors_limit_that_only_a_stop_passes_is_noted(tmp_path: Path) -> None:
+    """The motion winds by 5 deg of the allowed 10, the stop at 90 deg by 30, and that at 130 deg opens."""
+    row = table(tmp_path, "TURNED").find_spring("TURNED")
+    where = source(table(tmp_path, "TURNED"), part="TURNED")
+    (option,), _, _ = spring_options(where, 1.4)
+    option = replace(option, passed=tuple(vendor_limits(row, radians(5.0))))
+    spring = SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0)
+    drawn = JointDimensions("knee", spring, 120.0, 120.0, stops=(90.0, 130.0))
+    assert option.passed == ()
+    (said,) = stop_warnings("knee", option, drawn)
+    assert said.startswith(
+        "knee: turned to its stop at 90.0 deg, TURNED may be turned 10 deg by its vendor's limit, but"
+    )
+    assert severity_of(said) == "note"
+    assert stop_warnings("knee", option, replace(drawn, stops=(111.0, 200.0))) == []
 
 
 def test_a_last_resort_is_not_taken_if_another_damper_allows_a_spring_that_holds(tmp_path: Path) -> None:

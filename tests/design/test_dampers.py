@@ -178,7 +178,8 @@ def test_a_maximum_speed_is_told_from_a_rated_point(
 @pytest.mark.parametrize(
     ("damper", "ratio", "said"),
     [
-        ({"part": "6597K19"}, 1.0, "turns by 40 deg only, and the joint turns it by 115 deg"),
+        ({"part": "6597K19"}, 1.0, "turns by 40 deg only, and the joint turns it by 115 deg from stop to stop"),
+        ({"part": "6597K19", "travel": 0.5}, 1.0, "and the joint turns it by 115 deg from stop to stop"),
         ({"part": "6597K19", "travel": 6.2832}, 1.0, "turns by 40 deg only, and travel asks for 360 deg"),
         ({"part": "6597K19", "ratios": (0.25, 1.0)}, 0.25, ""),  # a quarter as far: the one that bears it is taken
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import sqrt
 from types import SimpleNamespace
 from typing import Any
 
@@ -37,8 +38,8 @@ PARTS = (
 )
 
 
-def leg(includes: str, mass: float = 0.08) -> Leg:
-    link = Link(LENGTH, mass, 0.1, 4e-4, includes)  # type: ignore[arg-type]
+def leg(includes: str, mass: float = 0.08, com: float = 0.1, inertia: float = 4e-4) -> Leg:
+    link = Link(LENGTH, mass, com, inertia, includes)  # type: ignore[arg-type]
     return Leg("leg", (Joint("hip", link), Joint("knee", link)))
 
 
@@ -54,16 +55,68 @@ def test_parts_are_added_to_links_whose_figures_include_none() -> None:
 
 
 def test_plausible_link_figures_are_kept() -> None:
-    hip, knee = built_links(leg("joint", 0.5), PARTS)
+    """Parts of 220 g on 500 g leave 280 g at 113 mm; with 3 kg mm^2 more than a point has, they can exist."""
+    whole = leg("joint", 0.5, inertia=1.5e-3)
+    hip, knee = built_links(whole, PARTS)
     assert hip.stands
     assert knee.stands
-    assert with_links(leg("joint", 0.5), (hip, knee)) == leg("joint", 0.5)
+    assert with_links(whole, (hip, knee)) == whole
     assert knee.drawn.mass == pytest.approx(0.05 + 0.01 + 0.01)
+    assert hip.rest is not None
+    assert hip.rest.centre == pytest.approx((0.5 * 0.1 - 0.22 * hip.drawn.link(LENGTH).com) / 0.28)
+    (_, text), *_ = link_warnings((hip, knee), {})
+    assert "no other parts of 280 g, with their centre at 113 mm" in text
+
+
+def test_a_rest_without_enough_inertia_comes_nearer_to_the_hinge() -> None:
+    """Figures whose rest would have a negative inertia about its own centre were simulated as stated."""
+    hip, _ = built_links(leg("joint", 0.5), PARTS)
+    about = 4e-4 + 0.5 * 0.1**2
+    place = sqrt((about - hip.drawn.about_hinge) / 0.28)
+    assert place == pytest.approx(0.0944, abs=1e-4)
+    assert hip.link.mass == pytest.approx(0.5)
+    assert hip.body.about_hinge == pytest.approx(about)
+    assert hip.link.com == pytest.approx((0.22 * hip.drawn.link(LENGTH).com + 0.28 * place) / 0.5)
+    assert hip.body.inertia[2] > hip.drawn.inertia[2]
+    (_, text), *_ = link_warnings((hip,), {})
+    assert "no link with the drawn tube and joint parts has the target's figures" in text
+    assert "would have their centre at 113 mm and 0.00249 kg*m^2, where at least 0.00357 is possible" in text
+    assert (
+        "The leg is designed with its mass and inertia about the joint and its centre at 90 instead of 100 mm" in text
+    )
+    assert text.endswith("as if these 280 g lay about 94 mm from the joint")
+
+
+def test_heavier_parts_do_not_raise_a_stated_inertia() -> None:
+    """They pushed the rest outwards, which asked for a stiffer and heavier spring, round by round."""
+    heavier = [*PARTS, part("hip", "lower", 0.05, 0.0)]
+    (hip, _), (other, _) = (built_links(leg("joint", 0.5), parts) for parts in (PARTS, heavier))
+    assert other.drawn.mass == pytest.approx(hip.drawn.mass + 0.05)
+    assert other.body.about_hinge == pytest.approx(hip.body.about_hinge)
+
+
+@pytest.mark.parametrize(("com", "at"), [(0.02, 0.0), (0.19, LENGTH)])
+def test_a_rest_off_the_link_is_put_on_it(com: float, at: float) -> None:
+    """240 g of which 20 g would lie 65 mm above the hinge, or 1.4 m below it."""
+    hip, _ = built_links(leg("joint", 0.24, com, 1e-4), PARTS)
+    assert not hip.stands
+    assert hip.body.mass == pytest.approx(0.24)
+    assert hip.link.com == pytest.approx((0.22 * hip.drawn.link(LENGTH).com + 0.02 * at) / 0.24)
+    assert hip.body.about_hinge == pytest.approx(hip.drawn.about_hinge + 0.02 * at**2)
+    (_, text), *_ = link_warnings((hip,), {})
+    assert "the other 20 g would have their centre at" in text
+
+
+def test_a_rest_with_more_inertia_than_its_reach_allows_is_replaced() -> None:
+    """1 g beside the parts that is to hold the inertia of 5 kg at the link's end."""
+    hip, _ = built_links(leg("joint", 0.221, 0.0836, 0.2), PARTS)
+    assert not hip.stands
+    assert hip.body.about_hinge < hip.drawn.about_hinge + 0.001 * LENGTH**2 * 1.01
 
 
 def test_impossible_link_figures_are_replaced_by_the_drawn_ones() -> None:
     """Drawn tube and parts of 220 g cannot be on a link of 80 g."""
-    hip, knee = built_links(leg("joint"), PARTS)
+    hip, knee = built_links(leg("joint", com=0.04), PARTS)
     assert not hip.stands
     assert hip.body.mass == pytest.approx(0.10 + 0.02 + 0.03 + 0.06 + 0.01)
     assert knee.stands

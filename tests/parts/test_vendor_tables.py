@@ -120,6 +120,40 @@ def test_contradictory_rows_are_reported(tmp_path: Path, cells: str, message: st
         assert not spring(path, "A").complete
 
 
+DAMPER = "part,vendor,direction,continuous,max_torque [N*m],speed [rpm],source,"
+
+
+@pytest.mark.parametrize(
+    ("columns", "cells", "message"),
+    [
+        ("max_speed [rpm]", "20", "torque at 50 rpm, above the maximum speed 20 rpm"),
+        ("max_speed [rpm]", "50", None),
+        ("bolts [1]", "4.5", "4.5 bolts: they are counted"),
+        ("reverse_torque [N*m]", "0.4", "reverse torque 0.4 N*m above the torque 0.2 N*m"),
+        ("min_temperature [degC],max_temperature [degC]", "60,-20", "least temperature 60 degC above the highest -20"),
+        ("outer_diameter [in],shaft_size [mm]", "1.5,80", "shaft 80 mm not thinner than the body 38.1 mm"),
+        (
+            "bolt_circle [mm],bolt_diameter [mm],shaft_size [mm]",
+            "30,3.4,27",
+            "bolts on a circle of 30 mm meet the shaft",
+        ),
+        ("outer_diameter [mm],bolt_circle [mm],bolt_diameter [mm],shaft_size [mm]", "40,30,3.4,8", None),  # in its face
+    ],
+)
+def test_contradictory_dampers_are_reported(tmp_path: Path, columns: str, cells: str, message: str | None) -> None:
+    problems = check_catalogue([written(tmp_path, f"{DAMPER}{columns}\nD,V,both,yes,0.2,50,mine,{cells}\n")])
+    assert [message is not None and message in problem.text for problem in problems] == [True] * (message is not None)
+
+
+@pytest.mark.parametrize(("convention", "leg", "inside"), [("", 5, True), ("", 8, False), ("axial", 5, False)])
+def test_a_leg_that_ends_in_its_coil_is_reported(tmp_path: Path, convention: str, leg: int, *, inside: bool) -> None:
+    """A tangent leg of 6.9 mm ends at the outside of a coil of 29.4 mm of 3.4 mm wire."""
+    columns = "part,vendor,material,rate [N*m/rad],wire_diameter [mm],outer_diameter [mm],leg_length [mm],"
+    row = f"S,V,music wire,2,3.4,29.4,{leg},{convention},mine"
+    problems = check_catalogue([written(tmp_path, f"{columns}leg_convention,source\n{row}\n")])
+    assert any("end inside the coil, whose outer radius is 14.7 mm" in problem.text for problem in problems) is inside
+
+
 def test_a_hundred_thousand_rows_are_read_and_checked(tmp_path: Path) -> None:
     """All of them; a torque-speed table of many parts is no quadratic matter."""
     rows, curves = 100_000, 20_000
