@@ -12,6 +12,7 @@ from synth.diagnosis.cause_intervals import causes_of
 from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
+from synth.diagnosis.no_help import without_causes_of_no_help
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
 from synth.diagnosis.prediction_error import PredictionErrors, label_of_causes
@@ -98,6 +99,10 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     say("reduction of the gap")
     weighed = plant.with_direct_causes(weighed)
     judged, stages, moved = _judge_on_scored(plant, before, found, weighed)
+    helpful = without_causes_of_no_help(judged, found.none, stages.errors, plant.calibration)
+    if helpful is not judged:  # what was doubted is not said
+        judged, weighed, moved, doubts = helpful, helpful, None, ()
+        stages = _predict_stages(plant, before, found, judged)
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
         judged = without_causes(judged, found.none)
