@@ -33,6 +33,7 @@ from synth.diagnosis.restarts import (
 from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen_causes
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
+from synth.diagnosis.search_limits import tolerances_at_limits
 from synth.diagnosis.sets_of_causes import from_recorded_states, pairs_of, with_simpler_cause, without_one_cause
 from synth.diagnosis.sifting import Sifting
 from synth.diagnosis.simpler_shapes import cost_with_unknowns, prefer_simpler_shapes
@@ -284,6 +285,10 @@ class AngleExplorer:
     def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""
         return rms_over_noise(self.bench, fit)
+
+    def at_limits(self, fit: EvaluatedHypothesis) -> bool:
+        """Whether a tolerance of a fit ends at the limit of its search."""
+        return tolerances_at_limits(fit.unknowns[: self.bench.n_tolerance])
 
 
 def _is_soft(fit: EvaluatedHypothesis) -> bool:

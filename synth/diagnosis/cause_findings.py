@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 import numpy as np
 
 from synth.diagnosis.cause_intervals import causes_of
+from synth.diagnosis.causes_of_remainder import BesideFurtherCause, beside_further_causes, causes_beside
 from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
+from synth.diagnosis.no_help import without_causes_of_no_help
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
 from synth.diagnosis.prediction_error import PredictionErrors, label_of_causes
 from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.search_limits import limit_sentences
-from synth.diagnosis.sentences import PartedErrors, reason_for_next_trial, sentence
+from synth.diagnosis.sentences import FurtherCauseWords, PartedErrors, reason_for_next_trial, sentence
 from synth.diagnosis.tie_on_held_out import held_out_trial_that_distinguishes
+from synth.diagnosis.unseen_predictions import predict_unseen
 from synth.diagnosis.verdict import Judgement, judge, with_doubt_of_held_out, with_further_doubt, without_causes
 from synth.threads import one_thread_of_linear_algebra
 
@@ -83,11 +86,20 @@ class Findings(Generic[F, S]):
         }
 
 
+@dataclass(frozen=True)
+class _ToldCauses:
+    """Causes of each hypothesis of the verdict, by its identity; ``further``, ``tried`` : see ``ErrorWording``."""
+
+    causes: Mapping[int, tuple[Cause, ...]]
+    further: FurtherCauseWords | None
+    tried: bool
+
+
 @one_thread_of_linear_algebra()
 def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
-    before = _predict_unseen(plant, found.none)
+    before = predict_unseen(plant, found.none)
     within = plant.accuracy > 0.0 and _rms_of_predictions(plant, before) <= plant.accuracy
     # Within the accuracy that is required the causes are weighed as if none were.
     motion = plant.own_motion if within else plant.motion
@@ -98,19 +110,24 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     say("reduction of the gap")
     weighed = plant.with_direct_causes(weighed)
     judged, stages, moved = _judge_on_scored(plant, before, found, weighed)
+    helpful = without_causes_of_no_help(judged, found.none, stages.errors, plant.calibration)
+    if helpful is not judged:  # what was doubted is not said
+        judged, weighed, moved, doubts = helpful, helpful, None, ()
+        stages = _predict_stages(plant, before, found, judged)
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
         judged = without_causes(judged, found.none)
         stages, moved = _predict_stages(plant, before, found, judged, within=within), None
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
-    causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
-    tied = tuple(causes_of(plant, rival) for rival in judged.tied)
+    told = _tell_causes(plant, found, judged, stages.errors)
+    causes = (*told.causes[id(judged.accepted)], *plant.direct_causes) if named else ()
+    tied = tuple(told.causes[id(rival)] for rival in judged.tied)
     explanations = (causes, *tied)
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
     say("what next")
     short = [" + ".join(plant.short_text(cause) for cause in each) for each in explanations]
-    ranked = _rank_causes(plant, judged, stages.errors)
+    ranked = _rank_causes(plant, judged, stages.errors, told.causes)
     return Findings(
         found,
         judged,
@@ -120,7 +137,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         tied,
         ranked,
         left,
-        _diagnosis_sentence(plant, judged, explanations, ranked, stages, left, moved),
+        _diagnosis_sentence(plant, judged, explanations, ranked, stages, left, moved, told),
         next_experiment(
             plant,
             plant.rivals(judged),
@@ -152,6 +169,21 @@ def _judge_on_scored(
     return with_doubt_of_held_out(judged, _chance_of_failure(moved or stages.errors)), stages, moved
 
 
+def _tell_causes(
+    plant: Plant[F, T, S], found: Hypotheses[F], judged: Judgement[F], errors: PredictionErrors
+) -> _ToldCauses:
+    """The causes of each hypothesis of the verdict; of causes that explain the gap also what takes their remainder."""
+    explains, accepted = judged.verdict in ("effect", "tie"), judged.accepted
+    beside = {
+        id(item): (item, beside_further_causes(plant, found, item, errors) if explains else ())
+        for item in (accepted, *judged.tied)
+    }
+    known = {*accepted.keys}
+    tried = not known or any(known < {*item.keys} for item in found.several)
+    causes = {key: causes_beside(plant, item, more) for key, (item, more) in beside.items()}
+    return _ToldCauses(causes, _further_cause_words(plant, accepted, beside[id(accepted)][1]), tried)
+
+
 def _ends_of_the_tie(
     plant: Plant[F, T, S], judged: Judgement[F], errors: PredictionErrors, words: Sequence[str]
 ) -> tuple[str, ...]:
@@ -163,7 +195,7 @@ def _ends_of_the_tie(
 
 
 def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:
-    """How ``_predict_unseen`` predicts the scored trials; pieces of one recording have one row of samples."""
+    """How ``predict_unseen`` predicts the scored trials; pieces of one recording have one row of samples."""
     if plant.held_out:
         return "held_out"
     if len(plant.scored) == 1:
@@ -188,7 +220,7 @@ def _predict_stages(
         return predicted if within else plant.as_read(predicted)
 
     as_designed = plant.predict(plant.designed(), plant.scored)
-    unread = before if judged.accepted is found.none else _predict_unseen(plant, judged.accepted)
+    unread = before if judged.accepted is found.none else predict_unseen(plant, judged.accepted)
     after = read(unread)
     squares = {
         "as_designed": plant.squares(as_designed),
@@ -197,13 +229,13 @@ def _predict_stages(
     }
     alone: dict[str, tuple[S, ...]] = {}
     for single, _ in _listed_singles(judged):
-        predicted = after if single is judged.accepted else read(_predict_unseen(plant, single))
+        predicted = after if single is judged.accepted else read(predict_unseen(plant, single))
         squares[label_of_causes(single.keys)] = plant.squares(predicted)
         if len(alone) < PREDICTED_ALONE:
             alone[label_of_causes(single.keys)] = predicted
     for rival in judged.tied:
         if label_of_causes(rival.keys) not in squares:
-            squares[label_of_causes(rival.keys)] = plant.squares(read(_predict_unseen(plant, rival)))
+            squares[label_of_causes(rival.keys)] = plant.squares(read(predict_unseen(plant, rival)))
     if plant.direct_causes:
         squares[DIRECT_LABEL] = plant.squares(plant.as_read(before))
     unread = () if within else unread
@@ -229,26 +261,6 @@ def _moved_errors(plant: Plant[F, T, S], errors: PredictionErrors, accepted: Ass
     return moved if _chance_of_failure(moved) < _chance_of_failure(errors) else None
 
 
-def _predict_unseen(plant: Plant[F, T, S], item: Assessment[F]) -> tuple[S, ...]:
-    """Predictions of held-out trials, or else of each trial by a fit without it.
-
-    By the refit without the trial's fold where there is one, else by one linear step, which is wrong where the
-    motion is strongly nonlinear (a pendulum that turns over).
-    """
-    fit = item.fit
-    if plant.held_out or len(plant.scored) == 1:
-        return plant.predict(fit, plant.scored)
-    if item.unseen is not None and len(item.unseen.refitted) == len(plant.scored):
-        each = zip(item.unseen.refitted, plant.scored, strict=True)
-        return tuple(predicted for x, trial in each for predicted in plant.predict(fit.at(x), [trial]))
-    normal, (low, high) = plant.normal(fit), plant.bounds(fit)
-    made: list[S] = []
-    for index, trial in enumerate(plant.scored):
-        moved = np.clip(fit.unknowns + normal.without(index), low, high)
-        made += plant.predict(fit.at(moved), [trial])
-    return tuple(made)
-
-
 def _limit_warnings(plant: Plant[F, T, S], named: Sequence[Assessment[F]]) -> dict[str, None]:
     """Warnings on parameters of the named causes that end where their search does, each once."""
     found = []
@@ -267,16 +279,23 @@ def _listed_singles(judged: Judgement[F]) -> list[tuple[Assessment[F], float]]:
     return [entry for place, entry in enumerate(judged.singles) if place < MOST_RANKED or entry[0].keys[0] in offered]
 
 
-def _rank_causes(plant: Plant[F, T, S], judged: Judgement[F], errors: PredictionErrors) -> tuple[RankedCause, ...]:
-    """Single causes with their probabilities and the effect of each alone, most probable first."""
+def _rank_causes(
+    plant: Plant[F, T, S], judged: Judgement[F], errors: PredictionErrors, told: Mapping[int, tuple[Cause, ...]]
+) -> tuple[RankedCause, ...]:
+    """Single causes with their probabilities and the effect of each alone, most probable first.
+
+    ``told`` : causes of a hypothesis, by its identity, where they are told already.
+    """
     singles = _listed_singles(judged)
     made = [
-        RankedCause(causes_of(plant, item)[0], probability, errors.shrink(label_of_causes(item.keys)))
+        RankedCause(
+            (told.get(id(item)) or causes_of(plant, item))[0], probability, errors.shrink(label_of_causes(item.keys))
+        )
         for item, probability in singles
     ]
     made += [RankedCause(cause, judged.counts, errors.shrink(DIRECT_LABEL)) for cause in plant.direct_causes]
     listed = {item.keys[0] for item, _ in singles}
-    for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
+    for cause, key in zip(told[id(judged.accepted)], judged.accepted.keys, strict=True):
         if key not in listed:  # its fit alone diverged
             made.append(RankedCause(cause, judged.share(key), None))
     by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
@@ -304,6 +323,20 @@ def _common_causes(explanations: Sequence[Sequence[Cause]]) -> set[Key]:
     return set.intersection(*({(cause.effect, cause.joint) for cause in causes} for causes in explanations))
 
 
+def _further_cause_words(
+    plant: Plant[F, T, S], accepted: Assessment[F], beside: Sequence[BesideFurtherCause[F]]
+) -> FurtherCauseWords | None:
+    """The most probable cause of the remainder in words, and the named ones as they are beside it; None without one."""
+    if not beside:
+        return None
+    causes, known = causes_of(plant, beside[0].item), {*accepted.keys}
+    further, named = (
+        [plant.cause_text(cause) for cause in causes if ((cause.effect, cause.joint) in known) is which]
+        for which in (False, True)
+    )
+    return FurtherCauseWords(further, named, beside[0].left, little=beside[0].little)
+
+
 def _diagnosis_sentence(
     plant: Plant[F, T, S],
     judged: Judgement[F],
@@ -312,6 +345,7 @@ def _diagnosis_sentence(
     stages: StagePredictions[F, S],
     left: Remainder,
     moved: PredictionErrors | None,
+    told: _ToldCauses,
 ) -> str:
     several = len(explanations[0]) > 1
     direct = {(cause.effect, cause.joint) for cause in plant.direct_causes}
@@ -338,6 +372,8 @@ def _diagnosis_sentence(
         moved=None if decisive is None else decisive.figure("after"),
         parted=None if decisive is None else _part_errors(stages.errors, decisive),
         none=judged.none,
+        further=told.further,
+        tried=told.tried,
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)

@@ -93,7 +93,8 @@ def next_experiment(
 ) -> Experiment | None:
     """The trial with the largest expected information on which rival is true.
 
-    None with fewer than two rivals, or if no trial gives ``LEAST_INFORMATION``.
+    None with fewer than two rivals, or if no trial gives ``LEAST_INFORMATION``. None gives more than the odds leave
+    open: where that is less, none is computed.
 
     ``rivals`` : fits with their weights. ``why`` : a sentence. ``present`` : the same by the present odds, where the
     weights of ``rivals`` hold some for causes that the trials reject: a trial may tell those apart and still leave the
@@ -102,13 +103,15 @@ def next_experiment(
     the uncertainty of the leg after these trials. Without the second every trial of a rig far above its noise separates
     all rivals. A plant may vary the best trials of its menu.
     """
-    menu = list(plant.menu()) if len(rivals) > 1 else []
-    if not menu:
+    if len(rivals) < 2:
         return None
     kept, weights = rivals_of(rivals, plant.most_rivals)
+    by_odds = _present_weights(kept, present, weights)
+    menu = [] if _entropy(by_odds) < LEAST_INFORMATION else list(plant.menu())
+    if not menu:
+        return None
     covariances = [plant.covariance(fit) for fit in kept]
     remainder = min(plant.remainder(fit) for fit in kept)
-    by_odds = _present_weights(kept, present, weights)
 
     def information_of_trial(item: MenuItem[T]) -> _TrialInformation:
         made = [plant.forecast(fit, item.trial, known) for fit, known in zip(kept, covariances, strict=True)]
@@ -142,7 +145,7 @@ def next_experiment(
         number, left = number + 1, left - len(more)
     known = sorted([*known, *found[:1]], key=lambda pair: pair[1].place)
     best_item, most = known[0]
-    if most.with_doubt < LEAST_INFORMATION:
+    if most.bits < LEAST_INFORMATION:
         return None
     return Experiment(
         f"{why} {_gain_text(best_item, most, kept, _entropy(by_odds) if present else None)}",

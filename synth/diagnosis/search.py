@@ -87,6 +87,9 @@ class Explorer(Protocol[F]):
     def ratio(self, fit: F) -> float:
         """RMS of a fit's residuals over the noise floor, all samples weighted equally."""
 
+    def at_limits(self, fit: F) -> bool:
+        """Whether a tolerance of a fit ends at the limit of its search."""
+
 
 @dataclass(frozen=True)
 class CauseSearch(Generic[F]):
@@ -103,7 +106,11 @@ class CauseSearch(Generic[F]):
         self.say(f"{n_cause} single causes")
         singles = self._assess_fits(self.explorer.singles())
         several: list[Assessment[F]] = []
-        if singles and none.cost - singles[0].cost > plan.worth and plan.leaves(singles[0], none):
+        clear = bool(singles) and none.cost - singles[0].cost > plan.worth
+        if clear and self._pulled(singles[0], none):
+            self.say("pairs with the best cause")
+            several = self._assess_fits(self.explorer.beside(singles[:1], singles))
+        elif clear and plan.leaves(singles[0], none):
             self.say("pairs of causes")
             first = plan.first(singles)
             pairs = self._assess_fits(self.explorer.beside(first, singles))
@@ -118,6 +125,14 @@ class CauseSearch(Generic[F]):
                     pairs = self._extend_by_third_cause(pairs, none, singles)
                 several = _best_assessed([*several, *pairs])
         return Hypotheses(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
+
+    def _pulled(self, found: Assessment[F], none: Assessment[F]) -> bool:
+        """Whether a hypothesis leaves too little for a further cause to be named, but more than the noise, at limits.
+
+        A number beyond its tolerance then pulls on those of the cause, which a further cause beside it shows.
+        """
+        plan = self.explorer.plan
+        return not plan.leaves(found, none) and found.ratio > plan.satisfied and self.explorer.at_limits(found.fit)
 
     def _with_causes_alone(
         self, sets: Sequence[Assessment[F]], singles: Sequence[Assessment[F]]

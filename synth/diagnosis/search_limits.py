@@ -45,6 +45,11 @@ def parameters_at_limits(candidate: ShapedEffect, x: Array) -> dict[str, bool]:
     return found
 
 
+def tolerances_at_limits(tolerances: Array) -> bool:
+    """Whether one of the whitened tolerances (n_tolerance,) ends at the limit of its search."""
+    return bool(np.any(np.abs(tolerances) > LARGEST_TOLERANCE - NEAR_BOUND))
+
+
 def open_intervals(estimates: Mapping[str, Estimate], limits: Mapping[str, bool]) -> dict[str, Estimate]:
     """The estimates, the intervals of those in ``limits`` without the end that only the search sets."""
     return {

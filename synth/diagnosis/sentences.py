@@ -37,7 +37,8 @@ class ErrorWording:
     contain, in words; ``each`` : the errors with each tied explanation but the accepted one. ``moved`` : the error of
     the explanation where it follows held-out trials within its uncertainty, if only that keeps them from contradicting
     it; ``parted`` : the errors of these trials and of the others, if there are both. ``none`` : probability that no
-    effect is missing.
+    effect is missing. ``further`` : what takes the remainder, if anything does; ``tried`` : whether further causes were
+    tried at all.
     """
 
     nominal: str
@@ -57,6 +58,21 @@ class ErrorWording:
     moved: Estimate | None = None
     parted: PartedErrors | None = None
     none: float = 1.0
+    further: FurtherCauseWords | None = None
+    tried: bool = True
+
+
+@dataclass(frozen=True)
+class FurtherCauseWords:
+    """Causes beside the explanation, in words, that are not named; the ``named`` ones as they are beside these.
+
+    ``left`` : RMS that they leave together, above the noise. ``little`` : what these take is too little of the gap.
+    """
+
+    further: Sequence[str]
+    named: Sequence[str]
+    left: Estimate
+    little: bool
 
 
 @dataclass(frozen=True)
@@ -262,9 +278,28 @@ def _remainder_sentence(verdict: Verdict, wording: ErrorWording) -> str:
         )
     if verdict == "tie" and wording.each:
         return f" The first of them leaves {left}{mostly}{within}."
+    if verdict in ("effect", "tie") and wording.further is not None and _takes_most(wording.further, wording.left):
+        aside = f"{mostly}," if mostly else ""
+        return f" The remaining {left}{within}{aside} {_further_words(wording.further, wording.floor)}."
+    if verdict in ("effect", "tie") and not wording.tried:
+        return f" Beside it no further cause was tried for the remaining {left}{mostly}{within}."
     if verdict in ("effect", "tie"):
         return f" No effect in the library explains the remaining {left}{mostly}{within}."
     return f" {left} remains unexplained{mostly}{within}."
+
+
+def _takes_most(further: FurtherCauseWords, left: Remainder) -> bool:
+    """Whether a further cause takes most of the remainder."""
+    return further.left.value <= (1.0 - MOST_OF_GAP) * left.rms.value
+
+
+def _further_words(further: FurtherCauseWords, floor: Estimate) -> str:
+    """What becomes of the remainder with a further cause, why that is not named, and how the named ones change."""
+    at_noise = further.left.value < LEAST_MENTIONED * floor.value
+    goes = "would vanish in the noise" if at_noise else f"would fall to {angle_text(further.left)}"
+    them = "that takes" if len(further.further) == 1 else "they take"
+    why = f"{them} too little of the gap to be named" if further.little else "not sure enough to be named"
+    return f"{goes} if {' and '.join(further.further)} ({why}); then {' and '.join(further.named)}"
 
 
 def reason_for_next_trial(

@@ -71,6 +71,9 @@ class LostCause:
     def ratio(self, fit: NamedFit) -> float:
         return 1.0 if fit.cost < 150.0 else fit.cost
 
+    def at_limits(self, fit: NamedFit) -> bool:
+        return False
+
 
 def test_a_cause_found_beside_another_stands_alone_too() -> None:
     explorer = LostCause()
@@ -121,3 +124,24 @@ def test_a_pair_s_causes_are_fitted_alone_where_their_own_fit_is_worse_or_missin
     assert all(fit.keys != best.keys for fit in explorer.alone([pair], [known]))
     worse = replace(best, cost=best.cost + 100.0)
     assert any(fit.keys == best.keys for fit in explorer.alone([pair], [Assessment(worse, worse.cost, 9.0)]))
+
+
+class Pulled(LostCause):
+    """The limit explains nearly all: what it leaves is too little of the gap for a further cause to be named."""
+
+    def __init__(self, *, at: bool) -> None:
+        super().__init__()
+        self.at = at
+
+    def at_limits(self, fit: NamedFit) -> bool:
+        return self.at
+
+    def ratio(self, fit: NamedFit) -> float:
+        return {0: 45.0, 1: 1.1, 2: 1.0}[len(fit.keys)]
+
+
+@pytest.mark.parametrize("at", [False, True])
+def test_beside_a_cause_that_tolerances_pull_on_others_are_tried(*, at: bool) -> None:
+    """A tolerance at the limit of its search: the number may be further off, and the cause makes up for it."""
+    found = CauseSearch(Pulled(at=at), lambda text: None).run(25)
+    assert [pair.keys for pair in found.several] == ([(LIMIT, CONSTANT)] if at else [])

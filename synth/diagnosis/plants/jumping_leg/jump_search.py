@@ -14,6 +14,7 @@ from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_score import score
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
+from synth.diagnosis.search_limits import tolerances_at_limits
 
 STRENGTH_LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # factors on a start's strengths
 SHAPE_LADDER = (0.0, -1.0, 1.0)  # added to log-normal ones, in deviations of their priors
@@ -83,6 +84,10 @@ class JumpExplorer:
         trials = zip(fit.residuals, self.bench.trials, strict=True)
         total = sum(float(residual @ residual) / jump.weight for residual, jump in trials)
         return float(np.sqrt(total / max(sum(len(residual) for residual in fit.residuals), 1)))
+
+    def at_limits(self, fit: JumpFit) -> bool:
+        """Whether a tolerance of a fit ends at the limit of its search."""
+        return tolerances_at_limits(fit.unknowns[: self.bench.n_tolerance])
 
     def _fit_from_start(self, start: JumpFit) -> JumpFit:
         """The fit from a start."""

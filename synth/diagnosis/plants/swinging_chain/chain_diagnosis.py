@@ -288,8 +288,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return rivals_with_doubt(judged, DOUBT_SHARE, self.most_rivals)
 
     def present_odds(self, judged: Judgement[EvaluatedHypothesis]) -> list[tuple[EvaluatedHypothesis, float]]:
-        """Without the doubt."""
-        return open_explanations(judged) if has_servo(self.scene.leg, self.scene.given) else []
+        """Without the doubt; with it where the cause is unknown: the trials then reject no cause for another."""
+        known = judged.verdict != "unknown" and has_servo(self.scene.leg, self.scene.given)
+        return open_explanations(judged) if known else []
 
     def remainder(self, fit: EvaluatedHypothesis) -> float:
         """RMS of the whitened residuals, in whose unit a sample of the noise is 1."""

@@ -1,0 +1,52 @@
+"""Causes of which none helps, where the nominal leg reaches the noise within its tolerances: nothing is missing.
+
+The odds weigh the tolerances too. Where the leg follows all trials with several of them moved by two deviations, each
+cause that saves such moves is more probable, though no error falls by any. Those are no explanations of a gap, and no
+tie: ``none`` is the verdict where nothing in the library helps on unseen trials (``../shared/FORMATS.md``). The
+probabilities stay, so that what is said of it is that these trials cannot show whether an effect is missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from synth.diagnosis.hypotheses import Assessment
+from synth.diagnosis.plant import F
+from synth.diagnosis.prediction_error import AT_NOISE, LEAST_GAP, PredictionErrors, label_of_causes
+from synth.diagnosis.verdict import Calibration, Judgement
+
+SURE_OF_CAUSE = 0.8  # probability from which the page calls a cause identified
+
+
+def without_causes_of_no_help(
+    judged: Judgement[F], none: Assessment[F], errors: PredictionErrors, calibration: Calibration
+) -> Judgement[F]:
+    """The verdict; ``none`` in the place of causes that reduce the error neither of scored trials nor of fitted ones.
+
+    Only at the noise. An effect that is sure stays: the tolerances that the leg would need without it are hardly
+    true, and it is told as an error of the design. ``errors`` : of the scored trials, with those of all tied causes.
+    """
+    named = (judged.accepted, *judged.tied)
+    if judged.verdict not in ("effect", "tie") or judged.counts > 0.0 or not judged.accepted.keys:
+        return judged
+    probability = judged.probability if len(judged.accepted.keys) == 1 else 1.0 - judged.none - judged.unknown
+    if judged.verdict == "effect" and probability >= SURE_OF_CAUSE:
+        return judged
+    if errors.figure("before").value > AT_NOISE * errors.floor.value:
+        return judged
+    if any(_helps_on_scored(item, errors) or _helps_on_fitted(item, none, calibration) for item in named):
+        return judged
+    return replace(judged, verdict="none", accepted=none, tied=())
+
+
+def _helps_on_scored(item: Assessment[F], errors: PredictionErrors) -> bool:
+    """Whether the squared error falls by more than the least gap that has a meaningful share."""
+    label = label_of_causes(item.keys)
+    after = errors.squares[label if label in errors.squares else "after"]
+    return float((errors.squares["before"] - after).sum()) > LEAST_GAP * float(errors.noise.sum())
+
+
+def _helps_on_fitted(item: Assessment[F], none: Assessment[F], calibration: Calibration) -> bool:
+    """Whether the log-likelihood of the readings alone rises by more than the price of the cause's numbers."""
+    misfits = [each.cost - 0.5 * float(each.fit.unknowns @ each.fit.unknowns) for each in (none, item)]
+    return misfits[0] - misfits[1] > calibration.per_parameter * item.n_unknown
