@@ -1,4 +1,4 @@
-"""The values of ``spring`` and ``damper`` under ``select.joints.JOINT`` with which a project names a listed option.
+"""The values of ``spring`` and ``damper`` of a joint under ``select`` with which a project names a listed option.
 
 They select that option alone, with its number and gear; an option that no such value names has None.
 """
