@@ -56,7 +56,7 @@ def test_a_damper_that_nothing_drives_is_refused_where_measured_and_said_where_a
     assert not held.bore.slips
     for shape, decides in ((DamperShape(), 1), (DamperShape(shaft_side="bore", shaft_form="square"), 0)):
         alone = SimpleNamespace(pieces=1, ratio=1.0)
-        option = SimpleNamespace(row=None, arrangement=alone, part="", label="a damper")
+        option = SimpleNamespace(row=None, arrangement=alone, part="", label="a damper", turns=None)
         cad = SimpleNamespace(damper_shafts={}, dampers={"hip": shape})
         design: Any = SimpleNamespace(
             dampers=SimpleNamespace(chosen=[option]),
