@@ -356,18 +356,20 @@ def serve(module: str, prepare: str, twins: Sequence[tuple[int, int]]) -> None:
 
 
 def _answer(calls: BinaryIO, answers: BinaryIO, forked: Sequence[int]) -> None:
-    """Send the number of this process, then answer calls for ever."""
-    _send(answers, os.getpid().to_bytes(_LENGTH, "little"))
-    waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(calls, waiting, forked), daemon=True).start()
-    while True:
-        text = waiting.get()
-        try:
-            function, arguments = pickle.loads(text)
-            answer = pickle.dumps((True, function(*arguments)))
-        except BaseException as error:
-            answer = _failure(error)
-        _send(answers, answer)
+    """Send the number of this process, then answer calls until the parent wants no more."""
+    with suppress(BrokenPipeError):  # the parent has closed what it did not need, maybe before this process began
+        _send(answers, os.getpid().to_bytes(_LENGTH, "little"))
+        waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        threading.Thread(target=_listen, args=(calls, waiting, forked), daemon=True).start()
+        while True:
+            text = waiting.get()
+            try:
+                function, arguments = pickle.loads(text)
+                answer = pickle.dumps((True, function(*arguments)))
+            except BaseException as error:
+                answer = _failure(error)
+            _send(answers, answer)
+    _end(forked)
 
 
 def _failure(error: BaseException) -> bytes:
@@ -381,13 +383,16 @@ def _failure(error: BaseException) -> bytes:
 
 
 def _listen(calls: BinaryIO, waiting: queue.SimpleQueue[bytes], forked: Sequence[int]) -> None:
-    """Queue the calls; at the end of the input the parent wants no more or has ended, and so does this process.
-
-    It waits for its twins, so that their time is counted as that of the program.
-    """
+    """Queue the calls; at the end of the input the parent wants no more or has ended, and so does this process."""
     with suppress(EOFError):
         while True:
             waiting.put(_received(calls))
+    _end(forked)
+
+
+def _end(forked: Sequence[int]) -> None:
+    """End this process after its twins, so that their time is counted as that of the program."""
     for number in forked:
-        os.waitpid(number, 0)
+        with suppress(ChildProcessError):  # the other thread has waited for it
+            os.waitpid(number, 0)
     os._exit(0)

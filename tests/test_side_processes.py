@@ -133,6 +133,23 @@ def test_an_error_that_cannot_be_sent_is_raised_all_the_same(capfd: pytest.Captu
     assert "Traceback" not in capfd.readouterr().err
 
 
+def test_a_process_whose_parent_wants_no_more_ends_without_a_word() -> None:
+    """Closed before it had begun, a process that was not needed printed a traceback."""
+    calls, ours = os.pipe()
+    theirs, answers = os.pipe()
+    os.close(theirs)
+    if (number := os.fork()) == 0:
+        try:
+            os.close(ours)
+            beside._answer(os.fdopen(calls, "rb"), os.fdopen(answers, "wb"), ())
+        finally:
+            os._exit(1)
+    os.close(calls)
+    os.close(answers)
+    assert os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]) == 0
+    os.close(ours)
+
+
 @pytest.mark.usefixtures("two")
 def test_a_thread_that_is_done_leaves_another_its_processes(capfd: pytest.CaptureFixture[str]) -> None:
     inside, first_done = threading.Event(), threading.Event()
