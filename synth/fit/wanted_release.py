@@ -3,7 +3,7 @@
 A joint's response would be that of a damped oscillator of the wanted frequency and damping ratio (Inman,
 *Engineering Vibration*, 4th ed., section 1.3). In a coupled leg many springs and dampers show the same characteristics,
 so a leg is judged by its characteristics, by how near each joint's whole motion is to the oscillator's, and by how far
-its rates are from those of the joint alone.
+its rates are from the usual ones.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ MOST_STEPS = 4000  # of the integrator: a damper that needs more is too strong f
 LEAST_SWING = 0.05  # of the amplitude: smaller swings are coupled from other joints
 # Relative standard deviations of a leg that counts as wanted. A characteristic: what a table of figures is rounded to.
 CHARACTERISTIC_ERROR = 0.02
+# Of coupled joints, whose swings are no single decay: decrement and frequency depend on the peaks that are counted.
+COUPLED_CHARACTERISTIC_ERROR = 0.05
 # A joint's motion off the oscillator's, RMS over that of the oscillator: 0.05 to 1.1 at the joints of 18 coupled legs
 # whose own characteristics were asked, half of them below 0.3.
 SHAPE_ERROR = 0.6
 # The same of a joint that shows no decrement: its damping ratio cannot have been measured, so its shape is a guess.
 GUESSED_SHAPE_ERROR = 1.0
-# Logarithm of a rate over that of the joint alone: at 90 % a factor of 27 either way. The joints of those legs differ
-# by up to a factor of 38, the distal ones most, because a joint that is far faster by itself follows the others' swing.
+# Logarithm of a rate over the usual one: at 90 % a factor of 27 either way, which takes in both ends of its range.
 RATE_ERROR = 2.0
 MOST_LOGARITHM = 6.0  # three times that: beyond, nothing is searched
 LARGEST_EXCURSION = 1.5  # amplitudes to either side of rest: a passive joint alone stays within one
@@ -135,9 +136,11 @@ class AskedJoint:
 
 @dataclass(frozen=True)
 class CharacteristicRelease:
-    """Unknowns x (2 n,): logarithms of spring and damper rates over those of the joints alone.
+    """Unknowns x (2 n,): logarithms of spring and damper rates over the usual ones.
 
-    ``spring`` (n,) N m/rad and ``damper`` (n,) N m s/rad of the joints alone.
+    ``spring`` (n,) N m/rad and ``damper`` (n,) N m s/rad, the usual ones of a joint that swings so. A joint alone moves
+    its own inertia; one that is far faster by itself follows the others' swing, and a rate for the largest inertia of
+    the chain would do as well. Between the two, the geometric mean: ``usual`` (n,), logarithm over the joint alone.
     ``oscillators`` (m, n) wanted motion of each joint alone at ``time`` (m,) s, from 1 to 0.
     ``gravity`` (n,) N m/rad, gravity's stiffness at rest; ``inertia`` (n,) kg m^2 there.
     """
@@ -149,6 +152,7 @@ class CharacteristicRelease:
     oscillators: Array
     spring: Array
     damper: Array
+    usual: Array
     gravity: Array
     inertia: Array
 
@@ -170,10 +174,11 @@ class CharacteristicRelease:
         whole = inertia * natural**2
         # A fiftieth: a start needs a positive rate where gravity alone is stiffer than wanted.
         spring = np.maximum(whole - gravity, 0.02 * whole)
+        usual = 0.5 * np.log(inertia.max() / inertia)
         alone = np.column_stack([oscillation(z, w * time) for z, w in zip(ratio, natural, strict=True)])
         return cls(
             leg, tuple(AskedJoint(joint) for joint in joints), compiled_chain(len(joints)), time, alone,
-            spring, 2 * ratio * natural * inertia, gravity, inertia,
+            spring * np.exp(usual), 2 * ratio * natural * inertia * np.exp(usual), usual, gravity, inertia,
         )  # fmt: skip
 
     @property
@@ -239,7 +244,8 @@ class CharacteristicRelease:
         return np.array([self._residuals_of(x, motion) for x, motion in zip(points, motions, strict=True)])
 
     def _residuals_of(self, x: Array, motion: Array) -> Array:
-        characteristic = self.characteristic_logarithms(motion) / CHARACTERISTIC_ERROR
+        error = COUPLED_CHARACTERISTIC_ERROR if len(self.joints) > 1 else CHARACTERISTIC_ERROR
+        characteristic = self.characteristic_logarithms(motion) / error
         if not np.isfinite(motion).all():
             motion = np.full_like(motion, np.pi) + self.rest
         level = (motion - self.rest) / self.amplitude

@@ -113,14 +113,15 @@ class WantedSearch:
         return np.asarray((found[1:] - found[0]).T / DIFFERENCE)
 
     def _starts(self, seed: int) -> list[Array]:
-        """The joints alone; the last joint stiffer or softer with its damper; and drawn ones."""
+        """The usual rates; the joints alone, with the last joint stiffer or softer and its damper; and drawn ones."""
         size, last = self.release.n, self.release.n // 2 - 1
-        starts = [np.zeros(size)]
+        alone = -np.tile(self.release.usual, 2)
+        starts = [np.zeros(size), alone] if last else [np.zeros(size)]
         if last == 0:
             return starts  # nothing is coupled
         for shift in DISTAL:
-            start = np.zeros(size)
-            start[[last, size - 1]] = shift
+            start = alone.copy()
+            start[[last, size - 1]] += shift
             starts.append(start)
         return [*starts, *Stream.WANTED.generator(seed).normal(0.0, DRAWN_SPREAD, (DRAWN_STARTS, size))]
 
