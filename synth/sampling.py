@@ -14,14 +14,11 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
 
-BESIDE = (
-    0.6  # of a channel's step: so near to its own sample an empty cell is another channel's moment. Half, and jitter
-)
+# Of a channel's step: so near to its own sample an empty cell is another channel's moment. Half, and jitter.
+BESIDE = 0.6
 ROUNDING = 1e-3  # of a step, by which a whole number of them may seem to be less
-LEAST_ROWS, LEAST_SHARE = (
-    12,
-    0.1,
-)  # such rows, alone and of the channel's samples: fewer are lost samples of a shaky clock
+# Such rows, alone and of the channel's samples: fewer are lost samples of a shaky clock.
+LEAST_ROWS, LEAST_SHARE = 12, 0.1
 
 
 def channel_step(time: Array, known: Mask) -> float:

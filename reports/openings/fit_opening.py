@@ -13,11 +13,8 @@ from synth.reports.section import mapping, sequence
 from synth.reports.sections import motion
 
 EXPLAINED = 1.5  # times the scatter of the samples: largest residual of a model that explains them
-LAWS = {
-    "torque": "Dry friction",
-    "coefficient": "Quadratic damping",
-    "stiffening": "Cubic stiffness",
-}  # by their size's key
+# By the key of their size.
+LAWS = {"torque": "Dry friction", "coefficient": "Quadratic damping", "stiffening": "Cubic stiffness"}
 OTHER_LEGS = (
     "Fit a recording of the motion, which tells which of these legs it is; or build fitted.leg.yaml, if any leg of "
     "these characteristics will do."

@@ -206,7 +206,8 @@ def test_a_law_that_leaves_no_more_than_a_cut_is_said_beside_it() -> None:
 def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:
     """With more friction a joint would stick; the leg was refused as one whose motion diverges.
 
-    Whether a law or a hand is told is on the edge here, and moves with the smallest change of the smoothing.
+    Whether a law or the hand is told is on the edge here and moves with the smallest change of the smoothing: quadratic
+    damping is told now, and a knee's spring is far too stiff with it.
     """
     case = random_case(985036, replace(random_case(985036).recorder, driven=0.15))
     assert set(fitted(case).joints) == set(case.leg.joint_names)
