@@ -22,12 +22,14 @@ LEAST_ROWS, LEAST_SHARE = 12, 0.1
 
 
 def channel_step(time: Array, known: Mask) -> float:
-    """Usual time between the samples of one channel, s; nan for fewer than two.
+    """Usual time between the samples of one channel, lost ones included, s; nan for fewer than two.
 
     ``time`` (m,) s of the rows, rising; ``known`` (m,) True where the channel has a sample.
     """
-    own = time if known.all() else time[known]
-    return float(np.median(np.diff(own))) if len(own) > 1 else float("nan")
+    if known.all():
+        return _median_step(time)
+    # Over lost samples a shaky clock's steps would seem longer.
+    return _median_step(time[known if known.sum() < LEAST_ROWS else own_moments(time, known[:, None])[:, 0]])
 
 
 def usual_step(time: Array, known: Mask) -> float:
@@ -48,9 +50,10 @@ def own_moments(time: Array, known: Mask) -> Mask:
     """
     own = np.ones_like(known)
     for j in np.flatnonzero(~known.all(axis=0)):
-        at, step = time[known[:, j]], channel_step(time, known[:, j])
+        at = time[known[:, j]]
         if len(at) < LEAST_ROWS:
             continue
+        step = _median_step(at)
         beside = ~known[:, j] & (np.abs(time - at[_nearest(at, time)]) <= BESIDE * step)
         if beside.sum() >= max(LEAST_ROWS, LEAST_SHARE * len(at)):
             expected = _expected(at, step, float(time[0]), float(time[-1]))
@@ -76,6 +79,11 @@ def every_nth(own: Mask, samples: int, whole: Callable[[float], int] = floor) ->
         rows = np.flatnonzero(moments)
         kept[rows[:: max(1, whole(len(rows) / samples))], j] = True
     return kept
+
+
+def _median_step(time: Array) -> float:
+    """s; nan for fewer than two of the rising ``time`` (n,) s."""
+    return float(np.median(np.diff(time))) if len(time) > 1 else float("nan")
 
 
 def _nearest(at: Array, time: Array) -> NDArray[np.intp]:

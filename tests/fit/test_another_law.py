@@ -48,7 +48,7 @@ def fitted(case: Case, **changes: object) -> FitResult:
     ("effect", "seed"),
     [("coulomb_friction", 980043), ("coulomb_friction", 980054), ("coulomb_friction", 980056),
      ("quadratic_damping", 980049), ("quadratic_damping", 980015), ("quadratic_damping", 980023),
-     ("hardening_spring", 980056)],
+     ("hardening_spring", 980011), ("hardening_spring", 980056)],
 )  # fmt: skip
 def test_a_law_is_found_and_the_rates_are_those_of_springs_and_dampers(effect: str, seed: int) -> None:
     case = with_law(random_case(seed), effect)
@@ -204,13 +204,9 @@ def test_a_law_that_leaves_no_more_than_a_cut_is_said_beside_it() -> None:
 
 
 def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:
-    """With more friction a joint would stick; the leg was refused as one whose motion diverges.
-
-    Whether a law or the hand is told is on the edge here and moves with the smallest change of the smoothing: quadratic
-    damping is told now, and a knee's spring is far too stiff with it.
-    """
+    """With more friction a joint would stick; the leg was refused as one whose motion diverges."""
     case = random_case(985036, replace(random_case(985036).recorder, driven=0.15))
-    assert set(fitted(case).joints) == set(case.leg.joint_names)
+    assert fitted(case).law == {}
 
 
 @pytest.mark.parametrize("seed", [980003, 980014, 980033, 980043])
