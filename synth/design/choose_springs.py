@@ -29,7 +29,7 @@ from synth.parts.part_candidates import (
 )
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
-from synth.spring.bought_spring import PassedLimit, check_bought, passed_limits
+from synth.spring.bought_spring import PassedLimit, check_bought, opened_too_far, passed_limits
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
@@ -294,6 +294,8 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         arm = JointArms(travel.opening, source.cad)
     check = check_bought(row, source.catalogue, travel.winding, travel.opening, arm=arm, rate=rate)
     yields = None if check is None else check.free_travel
+    passed = list(passed_limits(row, source.catalogue, travel.winding, yields=yields))
+    opened = None if check is None or _held_turned_round(check) else opened_too_far(check)
     return SpringOption(
         rate * count,
         row.included_angle,
@@ -302,9 +304,14 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         count=count,
         closes=1 if travel.turned_round else -1,
         asked=asked,
-        passed=tuple(passed_limits(row, source.catalogue, travel.winding, yields=yields)),
+        passed=(*passed, *([] if opened is None else [opened])),
         mirror=mirror_of(row, source.catalogue.springs, source.parts) if count == 2 else None,
     )
+
+
+def _held_turned_round(check: SpringDesign) -> bool:
+    """Whether the spring bears the joint's travel in the other seat, in which ``well_seated`` draws it."""
+    return check.opening_travel <= check.free_travel and check.travel <= check.free_opening_travel
 
 
 def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -> tuple[SpringOption, list[str]]:

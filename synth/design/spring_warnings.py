@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from synth.design.choose_springs import SpringOption, WantedTravel
 from synth.design.spring_hands import hand_warnings
 from synth.files.project_options import SpringChoice
-from synth.remarks import decisive, noted, unlike
-from synth.spring.bought_spring import vendor_limits
+from synth.remarks import decisive, noted
+from synth.spring.bought_spring import opened_too_far, vendor_limits
 
 if TYPE_CHECKING:
     from synth.cad import JointDimensions
@@ -49,11 +49,9 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
         ]
     why = "" if choice.part is not None else LAST_RESORT
     warnings = [decisive(f"{joint}: {option.part} {each.text}{why}", BEAR_IT) for each in option.passed]
-    check = option.check
-    if check is not None and check.opening_travel > check.free_opening_travel:
-        opened, held = unlike(degrees(check.opening_travel), degrees(check.free_opening_travel), ".0f")
-        text = f"{option.part} yields where it is opened by {held} deg, but the joint opens it by {opened} deg"
-        warnings.append(decisive(f"{joint}: {text}", BEAR_IT))
+    opened = None if option.check is None else opened_too_far(option.check)
+    if opened is not None and all(each.reason != opened.reason for each in option.passed):
+        warnings.append(decisive(f"{joint}: {option.part} {opened.text}", BEAR_IT))
     if option.row is not None and option.check is None:
         warnings.append(
             f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"

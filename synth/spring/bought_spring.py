@@ -85,6 +85,16 @@ def passed_limits(
     yield from vendor_limits(row, travel)
 
 
+def opened_too_far(check: SpringDesign) -> PassedLimit | None:
+    """Yield of the wire where the joint opens the coil; None if it holds. ``check`` of ``check_bought``."""
+    if check.opening_travel <= check.free_opening_travel:
+        return None
+    turned = degrees(check.opening_travel)
+    opened, held = unlike(turned, degrees(check.free_opening_travel), ".0f")
+    text = f"yields where it is opened by {held} deg, but the joint opens it by {opened} deg"
+    return PassedLimit(f"yields within {turned:.0f} deg of opening", text)
+
+
 def vendor_limits(row: TorsionSpringRow, travel: float) -> Iterator[PassedLimit]:
     """The vendor's largest deflection and torque, as far as ``travel`` rad from the free angle passes them."""
     turned = degrees(travel)

@@ -71,6 +71,23 @@ def test_a_spring_that_yields_in_the_travel_is_left_out_and_counted(tmp_path: Pa
     assert parts(others) == ["THICK"]
 
 
+def test_a_spring_that_yields_where_it_is_opened_is_left_out_unless_the_other_seat_holds(tmp_path: Path) -> None:
+    """Opened a wire bears less than wound: THIN 44 deg wound, about three quarters of that opened."""
+
+    def asked(winding: float, opening: float) -> SpringSource:
+        travel = WantedTravel(radians(winding), radians(opening))
+        return replace(source(table(tmp_path, "THIN", "THICK"), make=False), travel=travel)
+
+    options, left_out, _ = spring_options(asked(41.0, 40.0), 1.4)
+    assert parts(options) == ["THICK"]
+    assert left_out == {"yields within 40 deg of opening": 1}
+    assert parts(spring_options(asked(20.0, 40.0), 1.4)[0]) == ["THIN", "THICK"]  # seated the other way round
+    only = replace(asked(41.0, 40.0), choice=replace(asked(41.0, 40.0).choice, part="THIN", make=None))
+    (named,), _, _ = spring_options(only, 1.4)
+    (said,) = spring_warnings("knee", named, only.choice)
+    assert "but the joint opens it by 40 deg" in said
+
+
 @pytest.mark.parametrize(
     ("weak", "reason"),
     [
