@@ -13,6 +13,7 @@ from synth.errors import Problem, UserError
 from synth.files.robots.robot_tree import Robot, RobotJoint
 
 MOST_OFF_PLANE = radians(5.0)  # more moves the limb sideways by over 9 % of its motion, which is lost
+NEAREST = radians(45.0)  # from up, beyond which another axis of the same plane is nearer to up
 ROUNDING = radians(0.01)  # of axes in robot files
 ALIKE = 1e-3  # of a direction's components, which of the world's axes it is nearer to
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # of the world
@@ -51,14 +52,18 @@ def plane_of_leg(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) 
     Raises
     ------
     UserError
-        If an axis is more than 5 degrees off the plane's normal, or the given plane is not vertical.
+        If an axis is more than 5 degrees off the plane's normal, gravity more than 5 degrees out of the given plane, or
+        the second axis of that is not up.
     """
-    size = float(np.linalg.norm(robot.gravity))
-    vertical = -robot.gravity / size if size else np.array(AXES["z"])
+    if robot.gravity.any():
+        vertical = _unit(-robot.gravity)
+    else:  # any plane will do
+        vertical = np.array(AXES["z" if abs(joints[0].axis[2]) < np.cos(NEAREST) else "y"])
     own = _of_the_axes(joints, vertical)
     if plane is not None:
-        seen = _given(plane, vertical)
-        return seen, _off_plane(joints, seen, ", or another --plane" if own is None else ", or leave --plane out")
+        seen, found = _given(plane, -vertical if robot.gravity.any() else robot.gravity)
+        other = ", or another --plane" if own is None else ", or leave --plane out"
+        return seen, [*found, *_off_plane(joints, seen, other)]
     seen = _of_the_world(joints, vertical)
     off = max(_off(joint, seen) for joint in joints)
     parallel = all(abs(float(joint.axis @ joints[0].axis)) >= np.cos(ROUNDING) for joint in joints)
@@ -69,24 +74,48 @@ def plane_of_leg(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) 
     return own, [turned, *_off_plane(joints, own, "")]
 
 
-def _given(plane: str, vertical: Array) -> LegPlane:
-    """The plane of two of the world's axes."""
+def _given(plane: str, gravity: Array) -> tuple[LegPlane, list[str]]:
+    """The plane of two of the world's axes, up in it being against gravity, and sentences where these differ.
+
+    ``gravity`` (3,): its direction, or 0 where there is none.
+    """
     words = plane.replace(",", "").strip().casefold()
     if len(words) != 2 or words[0] == words[1] or not set(words) <= set(AXES):
         raise UserError(Problem(f'"{plane}" is no plane; write two axes of the world, such as xz', key="--plane"))
-    seen = LegPlane(np.array(AXES[words[0]]), np.array(AXES[words[1]]))
-    lean = np.degrees(np.arccos(np.clip(float(seen.up @ vertical), -1.0, 1.0)))
-    if lean > degrees(MOST_OFF_PLANE):
-        text = f"{words[1]} is {lean:.3g} deg from up: gravity would leave the plane; the second axis is up"
+    named = LegPlane(np.array(AXES[words[0]]), np.array(AXES[words[1]]))
+    if not gravity.any():
+        return named, []
+    out = float(np.arcsin(np.clip(abs(gravity @ named.normal), 0.0, 1.0)))
+    lean = float(np.arccos(np.clip(-float(gravity @ named.up), -1.0, 1.0)))
+    if out > MOST_OFF_PLANE or lean > NEAREST:
+        text = f"{words[1]} is {degrees(lean):.3g} deg from up: gravity would leave the plane; the second axis is up"
+        if lean <= NEAREST:
+            text = f"gravity is {degrees(out):.3g} deg out of the plane; at most {degrees(MOST_OFF_PLANE):.0f} deg are "
+            text += "allowed"
         raise UserError(Problem(text, key="--plane"))
-    return seen
+    up = _unit(named.normal * (gravity @ named.normal) - gravity)
+    seen = LegPlane(np.cross(up, named.normal), up)
+    within = float(np.arccos(np.clip(float(up @ named.up), -1.0, 1.0)))
+    messages = []
+    if within > ROUNDING:
+        text = f"gravity is {degrees(within):.3g} deg off -{words[1]} in the plane {words}: the leg's angles and its "
+        messages.append(f"{text}gravity are those of gravity's own direction, which is straight down")
+    if out > ROUNDING:
+        text = f"gravity is {degrees(out):.2g} deg out of the plane {words}; the leg has its part in the plane"
+        messages.append(text)
+    return seen, messages
+
+
+def _unit(way: Array) -> Array:
+    return np.asarray(way / np.linalg.norm(way))
 
 
 def _of_the_world(joints: Sequence[RobotJoint], vertical: Array) -> LegPlane:
-    """That of two world axes nearest to the first joint's plane of motion."""
-    axis = np.abs(joints[0].axis)
-    right = max((np.array(AXES[name]) for name in "xy"), key=lambda each: -float(axis @ each))
-    return LegPlane(right, vertical)
+    """That of the level directions of two world axes nearest to the first joint's plane of motion."""
+    axis, upright = np.abs(joints[0].axis), int(np.argmax(np.abs(vertical)))
+    level = [np.array(AXES[name]) for index, name in enumerate("xyz") if index != upright]
+    right = max(level, key=lambda each: -float(axis @ each))
+    return LegPlane(_unit(right - (right @ vertical) * vertical), vertical)
 
 
 def _of_the_axes(joints: Sequence[RobotJoint], vertical: Array) -> LegPlane | None:
