@@ -11,7 +11,7 @@ import trimesh
 
 from synth.errors import UserError
 from synth.files.robots.planar_chain import PickedLeg
-from synth.files.robots.robot_project import robot_leg
+from synth.files.robots.robot_project import robot_leg, write_robot_project
 
 TURN = 0.4  # rad, of a shape about the hinge
 SINE, COSINE = np.sin(TURN), np.cos(TURN)
@@ -129,6 +129,55 @@ def test_a_shape_across_the_limb_keeps_the_limb_s_direction(tmp_path: Path) -> N
     picked = robot_leg(tmp_path / "r.xml", ["hip"])
     assert length(picked) == pytest.approx(200.0)
     assert picked.leg.joints[0].zero == pytest.approx(0.0, abs=1e-9)
+
+
+FRAMED = """<robot name="r"><link name="base"/><link name="shin"><inertial><origin xyz="0 0 -{com}"/><mass value="0.4"/>
+    <inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-4"/></inertial>{shape}</link><link name="imu"/>
+    <joint name="knee" type="revolute"><parent link="base"/><child link="shin"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1"/></joint><joint name="i" type="fixed"><parent link="shin"/><child link="imu"/>
+    <origin xyz="0 0 {at}"/></joint></robot>"""
+ROD = "the file shows no end of the last link{}: 180 mm is that of a rod with this centre of mass; --tip gives another"
+SHELL = '<visual><origin xyz="0 0 -{}"/><geometry><box size=".02 .02 .02"/></geometry></visual>'
+
+
+@pytest.mark.parametrize(
+    ("at", "shape", "wanted", "said"),
+    [
+        (-0.03, "", 180.0, ROD.format(" (the frame imu: 30 mm, its centre of mass: 90 mm)")),
+        (-0.012, "", 180.0, ROD.format(" (the frame imu: 12 mm, its centre of mass: 90 mm)")),
+        (0.06, "", 180.0, ROD.format("")),  # above the joint: no counterweight
+        (-0.01, SHELL.format(0.03), 180.0, ROD.format(" (its shapes: 40 mm, its centre of mass: 90 mm)")),
+        (-0.2, "", 200.0, "the last link has no shape and ends at the frame imu, 200 mm from its joint; --tip gives"),
+        (-0.2, SHELL.format(0.1), 200.0, "the last link has no shape beyond 110 mm and ends at the frame imu, 200 mm"),
+        (-0.11, SHELL.format(0.1), 110.0, ""),
+    ],
+)
+def test_a_frame_short_of_the_centre_of_mass_is_no_end(
+    at: float, shape: str, wanted: float, said: str, tmp_path: Path
+) -> None:
+    """It was the link's end without a word, where a tip mass acts, or its centre of mass was refused for its unit."""
+    (tmp_path / "r.urdf").write_text(FRAMED.format(com=0.09, at=at, shape=shape))
+    picked = robot_leg(tmp_path / "r.urdf", ["knee"])
+    assert length(picked) == pytest.approx(wanted)
+    assert picked.leg.joints[0].link.com == pytest.approx(0.09)
+    found = [text for text in picked.messages if "last link" in text]
+    assert len(found) == bool(said)
+    assert "".join(found).startswith(said)
+    assert length(robot_leg(tmp_path / "r.urdf", ["knee"], tip=0.03)) == pytest.approx(30.0)
+
+
+def test_a_frame_far_beyond_a_counterweight_is_the_limb_s_end(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(FRAMED.format(com=0.09, at=0.3, shape=""))
+    link = robot_leg(tmp_path / "r.urdf", ["knee"]).leg.joints[0].link
+    assert (link.length, link.com) == pytest.approx((0.3, -0.09))
+
+
+def test_a_last_link_that_is_too_short_for_its_inertia_names_the_tip(tmp_path: Path) -> None:
+    """Balanced on its joint, without a shape: the units of its inertia were asked for alone."""
+    (tmp_path / "r.urdf").write_text(FRAMED.format(com=0.001, at=0.0, shape=""))
+    picked = robot_leg(tmp_path / "r.urdf", ["knee"])
+    with pytest.raises(UserError, match=r"check the units of .*; --tip gives the last link another length than 2 mm"):
+        write_robot_project("gap", picked, "r.urdf", tmp_path / "p")
 
 
 BODY = """<worldbody><body name="t"><inertial pos="0 0 -.1" mass=".2" diaginertia="1e-3 1e-3 1e-3"/>

@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.robot_bodies import tip_names
+from synth.files.robots.last_link import last_link
 from synth.files.robots.leg_plane import LegPlane, plane_of_leg
 from synth.files.robots.mjcf_dampers import curve_of
 from synth.files.robots.outer_forces import contact_messages, felt_share
@@ -43,7 +44,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
         or where these are horizontal and parallel to none of the world's the vertical plane normal to them.
     tip
         m, from the last joint to the end of the last link; None: to the frame ``JOINT tip`` or ``JOINT_tip``, if
-        there is one, else to the end of its farthest shape or fixed frame.
+        there is one, else to the end of its farthest shape or fixed frame, if beyond its centre of mass.
 
     Raises
     ------
@@ -75,7 +76,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 along = seen.flat(marked) - anchors[index]
                 length = float(np.hypot(*along))
             else:
-                along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip, messages)
+                along, length = last_link(robot, groups[index], anchors[index], lumped.com, seen, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), messages))
         before = direction
@@ -170,47 +171,6 @@ class _Lumped:
         about = sum(float(seen.normal @ body.inertia @ seen.normal) for body in parts)
         about += float(weights @ ((places - com) ** 2).sum(axis=1))
         return cls(mass, com, about)
-
-
-def _last(
-    robot: Robot,
-    bodies: Sequence[int],
-    anchor: Array,
-    lumped: _Lumped,
-    seen: LegPlane,
-    tip: float | None,
-    messages: list[str],
-) -> tuple[Array, float]:
-    """Direction and length of the last link: through its centre of mass, as far as its farthest point along that.
-
-    Its direction is free because nothing is attached to it; through the centre of mass, no part of its motion is lost.
-    """
-    shapes = [shape for index in bodies for shape in robot.bodies[index].shapes]
-    frames = np.stack([robot.bodies[index].position for index in bodies])
-    offsets = np.concatenate([seen.flat(points) for points in (*(shape.line for shape in shapes), frames)]) - anchor
-    to_com = lumped.com - anchor
-    distance = float(np.hypot(*to_com))
-    farthest = offsets[int(np.argmax(np.hypot(*offsets.T)))]
-    # Nearer than a micrometre has no direction.
-    along = to_com / distance if distance > 1e-6 else farthest / max(float(np.hypot(*farthest)), NOTHING)
-    if float(farthest @ along) < 0.0:  # a counterweight: the centre of mass lies beyond the joint
-        along = -along
-    way, from_ = seen.lifted(along), seen.lifted(anchor)
-    reach = max(float((offsets @ along).max()), *(shape.reach(from_, way) for shape in shapes), 0.0)
-    length = tip if tip is not None else reach
-    unread = sorted({shape.unread for shape in shapes if shape.unread}) if tip is None else []
-    messages += [f"the last link may end farther out, --tip gives its length: only the centre is known of {text}"
-                 for text in unread]  # fmt: skip
-    if length <= NOTHING:
-        length = 2.0 * distance  # that of a rod, if the file has no shape
-        if length > NOTHING:
-            messages.append(
-                f"the file shows no end of the last link: {1e3 * length:.0f} mm is that of a rod with this centre of "
-                "mass; --tip gives another"
-            )
-    if length <= NOTHING:
-        raise UserError("the last link has neither a shape nor a centre of mass off its joint; give its length: --tip")
-    return along, length
 
 
 def _joint(

@@ -65,7 +65,14 @@ def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path)
         read_leg(folder / LEG_FILE)
     except UserError as error:
         text = "gives a leg that no project can use:"
-        raise UserError([Problem(f"{text} {item.text}", source, key=item.key) for item in error.problems]) from None
+        last = picked.leg.joints[-1]
+        end = f"; --tip gives the last link another length than {1e3 * last.link.length:.3g} mm"
+        own = f"joints.{last.name}.link."
+        problems = [
+            Problem(f"{text} {item.text}{end if (item.key or '').startswith(own) else ''}", source, key=item.key)
+            for item in error.problems
+        ]
+        raise UserError(problems) from None
     header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
     write_text(place(folder, f"{PROJECT_NAMES[kind]}.yaml"), _PROJECTS[kind](picked.leg, source))
     lost = "".join(f"- {text}\n" for text in picked.messages) or "- nothing\n"
