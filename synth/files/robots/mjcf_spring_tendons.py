@@ -16,6 +16,7 @@ from synth.files.robots.robot_tree import RobotJoint
 
 FAR = 1e3  # rad, from where a bound of a dead band is none: no joint turns as far
 NONE: dict[int, tuple[float, float]] = defaultdict(lambda: (0.0, 0.0))  # coefficients by tendon
+YIELDS: dict[int, float] = defaultdict(float)  # by tendon, of older versions of MuJoCo
 SAME = 1e-9  # rad, or relative: numbers of a file that differ by rounding
 Side = Literal["above", "below", "both"]
 
@@ -51,6 +52,8 @@ class SpringTendon:
 def spring_of(model: Any, tendon: int) -> SpringTendon | None:
     """The tendon's spring, if it has one and nothing else."""
     if model.tendon_limited[tendon] or model.tendon_frictionloss[tendon] or model.tendon_damping[tendon]:
+        return None
+    if getattr(model, "tendon_springyield", YIELDS)[tendon]:
         return None
     # Older versions of MuJoCo have linear terms only.
     square, cube = (float(value) for value in getattr(model, "tendon_stiffnesspoly", NONE)[tendon])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.robots.mjcf_actuators import UndrivenActuators, undriven_actuators
 from synth.files.robots.mjcf_constraints import follow_constraints
 from synth.files.robots.mjcf_contacts import contacts_of
 from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with_arm
@@ -18,6 +20,8 @@ from synth.files.robots.mjcf_spring_tendons import with_springs
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint, doubtful_limits
 
+NONE: dict[int, float] = defaultdict(float)  # of each joint, where an older MuJoCo has no such attribute
+NO_POWERS: dict[int, tuple[float, float]] = defaultdict(lambda: (0.0, 0.0))  # terms beyond the linear one, likewise
 SHOWN = 4  # names of what is left out
 LINEAR = 1e-12  # of the linear coefficient, below which other terms of a polynomial are ignored
 UNKNOWN_SPRING = (
@@ -57,7 +61,11 @@ def read_mjcf(path: Path) -> Robot:
     arms = {arm for arm, _ in held.plays.values()}
     massless = {int(model.jnt_bodyid[arm]) for arm in arms}
     bodies = tuple(_body(model, data, index, massless=index in massless) for index in range(1, model.nbody))
-    read = {index: replace(_joint(model, data, index, held), mimics=followed.get(index)) for index in range(model.njnt)}
+    actuators = undriven_actuators(mujoco, model)
+    read = {
+        index: replace(_joint(model, data, index, held, actuators), mimics=followed.get(index))
+        for index in range(model.njnt)
+    }
     title, in_radians = _written(path)
     for index, joint in read.items() if in_radians else ():
         doubt = doubtful_limits(joint.range, path.name) if joint.kind == "hinge" else ()
@@ -76,7 +84,7 @@ def read_mjcf(path: Path) -> Robot:
     name = _name(mujoco, model, "mjOBJ_BODY", 1) if model.nbody > 1 else ""
     title = title or name or path.stem
     marks = {_name(mujoco, model, "mjOBJ_SITE", index): data.site_xpos[index].copy() for index in range(model.nsite)}
-    left_out = _left_out(mujoco, model, held.read)
+    left_out = _left_out(mujoco, model, held.read, actuators)
     weighs = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     gravity = np.array(model.opt.gravity) if weighs else np.zeros(3)
     return Robot(title, bodies, joints, gravity, left_out, marks, contacts_of(mujoco, model))
@@ -137,7 +145,7 @@ def _shape(mujoco: Any, model: Any, data: Any, geom: int) -> RobotShape:
     return found.moved(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3))
 
 
-def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint:
+def _joint(model: Any, data: Any, index: int, held: HeldByTendons, actuators: UndrivenActuators) -> RobotJoint:
     import mujoco
 
     kinds: dict[int, Kind] = {0: "free", 1: "free", 2: "slide", 3: "hinge"}  # free, ball: locked as a whole
@@ -145,11 +153,14 @@ def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint
     dof, place = int(model.jnt_dofadr[index]), int(model.jnt_qposadr[index])
     limited = bool(model.jnt_limited[index])
     left_out: list[str] = []
-    linear = float(model.jnt_stiffness[index]), float(model.dof_damping[dof])
-    spring_terms, damper_terms = getattr(model, "jnt_stiffnesspoly", None), getattr(model, "dof_dampingpoly", None)
-    square, cube = spring_terms[index] if spring_terms is not None else (0.0, 0.0)
-    hardening, refused = _hardening(linear[0], float(square), float(cube), left_out)
-    drag = _drag(linear[1], damper_terms[dof] if damper_terms is not None else (), left_out)
+    own = [float(model.dof_damping[dof]), *getattr(model, "dof_dampingpoly", NO_POWERS)[dof]]
+    damping = [float(value) for value in own + actuators.damping[dof]]
+    stiffness = float(model.jnt_stiffness[index])
+    square, cube = getattr(model, "jnt_stiffnesspoly", NO_POWERS)[index]
+    hardening, refused = _hardening(stiffness, float(square), float(cube), left_out)
+    drag = _drag(damping[0], damping[1:], left_out)
+    if stiffness and getattr(model, "jnt_springyield", NONE)[index]:
+        left_out.append("its spring's yield is left out: a leg's spring is elastic")
     return RobotJoint(
         _name(mujoco, model, "mjOBJ_JOINT", index),
         int(model.jnt_bodyid[index]) - 1,
@@ -157,10 +168,10 @@ def _joint(model: Any, data: Any, index: int, held: HeldByTendons) -> RobotJoint
         data.xaxis[index].copy(),
         data.xanchor[index].copy(),
         float(data.qpos[place]) if kind in ("hinge", "slide") else 0.0,
-        linear[0],
+        stiffness,
         float(model.qpos_spring[place]) if kind in ("hinge", "slide") else 0.0,
-        linear[1],
-        float(model.dof_armature[dof]),
+        damping[0],
+        float(model.dof_armature[dof] + actuators.armature[dof]),
         float(model.dof_frictionloss[dof]),
         (float(model.jnt_range[index, 0]), float(model.jnt_range[index, 1])) if limited else None,
         hardening,
@@ -196,11 +207,11 @@ def _drag(linear: float, terms: Sequence[float], left_out: list[str]) -> tuple[f
     return kept[0] if len(kept) == 1 else None
 
 
-def _left_out(mujoco: Any, model: Any, read: set[int]) -> tuple[str, ...]:
+def _left_out(mujoco: Any, model: Any, read: set[int], actuators: UndrivenActuators) -> tuple[str, ...]:
     """Forces on the robot that a leg of hinges with springs and dampers cannot represent."""
     found = []
     for indices, kind, what in (
-        (range(model.nu), "mjOBJ_ACTUATOR", "actuators"),
+        (range(len(model.actuator_trntype)), "mjOBJ_ACTUATOR", "actuators"),
         (range(model.neq), "mjOBJ_EQUALITY", "equality constraints"),
         ([index for index in range(model.ntendon) if index not in read], "mjOBJ_TENDON", "tendons"),
     ):
@@ -209,6 +220,13 @@ def _left_out(mujoco: Any, model: Any, read: set[int]) -> tuple[str, ...]:
             names = [_name(mujoco, model, kind, index) or f"number {index + 1}" for index in indices[:SHOWN]]
             more = " and others" if count > SHOWN else ""
             found.append(f"{count} {what if count > 1 else what.removesuffix('s')} left out: {', '.join(names)}{more}")
+    for these, what in (
+        (actuators.kept, "kept as its joint's, through the gear"),
+        (actuators.lost, "left out: it does not act on one hinge alone"),
+    ):
+        for index in these:
+            name = _name(mujoco, model, "mjOBJ_ACTUATOR", index) or f"number {index + 1}"
+            found.append(f"armature and damping of the actuator {name} are {what}")
     if model.opt.density or model.opt.viscosity:
         found.append("the medium's density and viscosity are left out")
     for bit, what in (("SPRING", "springs"), ("DAMPER", "dampers"), ("FRICTIONLOSS", "dry friction")):
