@@ -15,6 +15,7 @@ from synth.errors import Problem, UserError
 from synth.files.robots.mesh_points import mesh_points
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, MimickedJoint, Robot, RobotBody, RobotJoint, doubtful_limits
+from synth.files.robots.rotations import about_axis, by_fixed_axes, by_quaternion
 from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
@@ -65,6 +66,10 @@ def read_urdf(path: Path) -> Robot:
     transmissions = len(root.findall("transmission"))
     left_out = (f"{transmissions} transmission{'s' if transmissions > 1 else ''} left out",) if transmissions else ()
     messages = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
+    roots = [body.name for body in bodies if body.parent < 0]
+    if len(roots) > 1:
+        text = f"{', '.join(roots)} hang by no joint: what is not below one of the chain's joints is not in the leg"
+        left_out = (*left_out, text)
     gravity = np.array([0.0, 0.0, -GRAVITY])
     frames = {body.name: body.position for body in bodies if not body.mass}
     return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, messages + left_out, frames)
@@ -72,6 +77,9 @@ def read_urdf(path: Path) -> Robot:
 
 def _root(path: Path) -> Element:
     root = root_element(path, LARGEST, "a URDF holds no meshes", write_out="xacro")
+    space, closed, _ = str(root.tag).rpartition("}")
+    for item in root.iter():  # Drake's files are in a namespace of their own
+        item.tag = str(item.tag).removeprefix(space + closed)
     if root.tag != "robot":
         raise UserError(Problem(f"is no URDF: its root is <{root.tag}>, not <robot>", str(path)))
     if any("xacro" in str(item.tag) or "${" in " ".join(item.attrib.values()) for item in root.iter()):
@@ -104,10 +112,7 @@ def _moved(joint: RobotJoint, turn: Array, place: Array) -> tuple[Array, Array]:
         return turn, place + joint.reading * joint.axis
     if joint.kind != "hinge" or not joint.reading:
         return turn, place
-    x, y, z = joint.axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    about = np.eye(3) + np.sin(joint.reading) * cross + (1.0 - np.cos(joint.reading)) * cross @ cross  # Rodrigues
-    return about @ turn, place
+    return about_axis(joint.axis, joint.reading) @ turn, place
 
 
 @dataclass(frozen=True)
@@ -161,19 +166,18 @@ class _UrdfReader:
         return float(self.numbers(element, name, "0", key)[0])
 
     def origin(self, owner: Element | None) -> tuple[Array, Array]:
-        """Position (3,) m and rotation (3, 3) of an ``origin``; roll, pitch, yaw about fixed axes."""
+        """Position (3,) m and rotation (3, 3) of an ``origin``; a quaternion is URDF 1.1's."""
         element = None if owner is None else owner.find("origin")
         key = "" if owner is None else f"{owner.tag} {owner.get('name', '')}"
-        roll, pitch, yaw = self.numbers(element, "rpy", "0 0 0", key)
-        (sr, cr), (sp, cp), (sy, cy) = [(np.sin(a), np.cos(a)) for a in (roll, pitch, yaw)]
-        turn = np.array(
-            [
-                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-                [-sp, cp * sr, cp * cr],
-            ]
-        )
-        return self.numbers(element, "xyz", "0 0 0", key), turn
+        place = self.numbers(element, "xyz", "0 0 0", key)
+        if element is not None and "quat_xyzw" in element.attrib:
+            if "rpy" in element.attrib:
+                self.refuse("has an origin with both rpy and quat_xyzw; give one", key)
+            quaternion = self.numbers(element, "quat_xyzw", "0 0 0 1", key)
+            if not quaternion.any():
+                self.refuse('quat_xyzw="0 0 0 0" is no rotation; none is 0 0 0 1', key)
+            return place, by_quaternion(quaternion if quaternion.any() else np.array([0.0, 0.0, 0.0, 1.0]))
+        return place, by_fixed_axes(self.numbers(element, "rpy", "0 0 0", key))
 
     def ordered(self, links: Mapping[str, Element], joints: list[Element]) -> list[tuple[str, Element | None]]:
         """Links, each after its parent, with the joint to the parent."""
@@ -184,7 +188,9 @@ class _UrdfReader:
                 if _named(joint, tag) not in links:
                     self.refuse(f'names a {tag} "{_named(joint, tag)}" that is no link', f"joint {joint.get('name')}")
             if child in by:
-                self.refuse(f'"{child}" hangs by two joints', f"joint {joint.get('name')}")
+                self.refuse(
+                    f'"{child}" hangs by two joints; a URDF is a tree without loops', f"joint {joint.get('name')}"
+                )
             by[child] = joint
         self.finish()
         done: dict[str, Element | None] = {name: None for name in links if name not in by}
