@@ -70,3 +70,17 @@ def test_a_robot_with_y_up_is_seen_in_the_world_s_plane(tmp_path: Path) -> None:
 def test_a_level_robot_without_gravity_is_a_leg(plane: str | None, tmp_path: Path) -> None:
     """Up was z: its vertical axes were 90 deg off, and no --plane was allowed."""
     assert picked(tmp_path, "0 0 0", plane, FLAT).leg.gravity == 0.0
+
+
+@pytest.mark.parametrize(("roll", "told"), [(2.0, "2"), (17.0, "17"), (-60.0, "60")])
+def test_a_leg_rolled_about_the_way_to_the_right_feels_a_part_of_gravity(
+    roll: float, told: str, tmp_path: Path
+) -> None:
+    """Within 5 deg it was projected onto the vertical plane, 0.4 % off; beyond it was refused."""
+    rolled = ROBOT.replace('pos="0 0 1">', f'pos="0 0 1" euler="{roll} 0 0">', 1)
+    (tmp_path / "a.xml").write_text(rolled.format(gravity="0 0 -9.81", **Z_UP))
+    found = robot_leg(tmp_path / "a.xml", ["h", "k"])
+    assert farthest_from_mujoco(found.leg, mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))) < 1e-9
+    felt = f"{9.81 * np.cos(np.radians(roll)):.4g} m/s^2"
+    assert found.messages == (f"the joints' plane leans {told} deg; the leg has gravity's part in it, {felt}",)
+    assert found.leg.gravity == pytest.approx(9.81 * np.cos(np.radians(roll)))

@@ -1,4 +1,4 @@
-"""The vertical plane in which a robot's chain of joints turns."""
+"""The plane in which a robot's chain of joints turns."""
 
 from __future__ import annotations
 
@@ -69,9 +69,17 @@ def plane_of_leg(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) 
     parallel = all(abs(float(joint.axis @ joints[0].axis)) >= np.cos(ROUNDING) for joint in joints)
     if own is None or off <= (ROUNDING if parallel else MOST_OFF_PLANE):
         return seen, _off_plane(joints, seen, "")
-    way = ", ".join(f"{value:.4g}" for value in np.round(own.right, 9) + 0.0)
-    turned = f"no plane of the world's axes is normal to the joints' axes; seen in their own, to the right is ({way})"
-    return own, [turned, *_off_plane(joints, own, "")]
+    found = []
+    if float(own.right @ seen.right) < np.cos(ROUNDING):
+        way = ", ".join(f"{value:.4g}" for value in np.round(own.right, 9) + 0.0)
+        found.append(
+            f"no plane of the world's axes is normal to the joints' axes; seen in their own, to the right is ({way})"
+        )
+    leaning = float(np.arccos(np.clip(float(own.up @ vertical), -1.0, 1.0)))
+    if leaning > ROUNDING:
+        felt = f"{float(np.linalg.norm(robot.gravity)) * np.cos(leaning):.4g} m/s^2"
+        found.append(f"the joints' plane leans {degrees(leaning):.3g} deg; the leg has gravity's part in it, {felt}")
+    return own, [*found, *_off_plane(joints, own, "")]
 
 
 def _given(plane: str, gravity: Array) -> tuple[LegPlane, list[str]]:
@@ -119,20 +127,20 @@ def _of_the_world(joints: Sequence[RobotJoint], vertical: Array) -> LegPlane:
 
 
 def _of_the_axes(joints: Sequence[RobotJoint], vertical: Array) -> LegPlane | None:
-    """The vertical plane normal to the axes' mean, where all are within 5 degrees of its normal; else None.
+    """The plane normal to the axes' mean, where all are within 5 degrees of its normal and it is not level; else None.
 
-    To the right is x of the world or nearly, of a plane that is nearer to y that.
+    Up is what it has of the vertical. To the right is x of the world or nearly, of a plane that is nearer to y that.
     """
     first = joints[0].axis
-    mean = sum((joint.axis if joint.axis @ first > 0.0 else -joint.axis for joint in joints), np.zeros(3))
-    level = mean - (mean @ vertical) * vertical
-    size = float(np.linalg.norm(level))
-    if size == 0.0:
+    normal = _unit(sum((joint.axis if joint.axis @ first > 0.0 else -joint.axis for joint in joints), np.zeros(3)))
+    upward = vertical - (vertical @ normal) * normal
+    if float(np.linalg.norm(upward)) < np.sin(ROUNDING):
         return None
-    right = np.cross(level / size, vertical)
+    up = _unit(upward)
+    right = np.cross(normal, up)
     x, y = float(right[0]), float(right[1])
     ahead = x if abs(x) > abs(y) - ALIKE else y
-    own = LegPlane(right if ahead > 0.0 else -right, vertical)
+    own = LegPlane(right if ahead > 0.0 else -right, up)
     return own if all(_off(joint, own) <= MOST_OFF_PLANE for joint in joints) else None
 
 

@@ -41,7 +41,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
         1 to 6 hinges, proximal to distal, each below the one before it.
     plane
         two axes of the world, to the right and up, such as ``xz``; None: the one that the joints' axes are normal to,
-        or where these are horizontal and parallel to none of the world's the vertical plane normal to them.
+        or where these are parallel to none of the world's the plane normal to them, unless it is level.
     tip
         m, from the last joint to the end of the last link; None: to the frame ``JOINT tip`` or ``JOINT_tip``, if
         there is one, else to the end of its farthest shape or fixed frame, if beyond its centre of mass.
