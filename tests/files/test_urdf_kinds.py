@@ -53,6 +53,15 @@ def test_a_slide_below_the_chain_is_locked_and_lumped(tmp_path: Path) -> None:
     assert "r is locked where it stands, and its bodies are lumped" in picked(tmp_path, LEG + RAIL).messages
 
 
+@pytest.mark.parametrize(("ends", "out"), [("-2.7 -.9", ", out of its range -154.7 to -51.57 deg"), ("0 2", "")])
+def test_a_joint_locked_out_of_its_range_is_told(ends: str, out: str, tmp_path: Path) -> None:
+    """A quadruped's knee does not reach 0, where a leg of the hip alone locks it."""
+    lower, upper = ends.split()
+    knee = KNEE.replace('lower="-2" upper="2"', f'lower="{lower}" upper="{upper}"')
+    found = robot_leg(written(tmp_path, LEG.replace(KNEE, knee)), ["h"], tip=0.2)
+    assert f"k is locked at 0 deg{out}, and its bodies are lumped" in found.messages
+
+
 def test_a_turn_may_be_a_quaternion(tmp_path: Path) -> None:
     """URDF 1.1's; it was passed over, and the link stood as if not turned."""
     turned = LEG.replace('rpy="0 .3 0"', QUATERNION)

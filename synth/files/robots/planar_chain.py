@@ -18,7 +18,7 @@ from synth.files.robots.leg_plane import LegPlane, plane_of_leg
 from synth.files.robots.mjcf_dampers import curve_of
 from synth.files.robots.outer_forces import contact_messages, felt_share
 from synth.files.robots.robot_tree import Robot, RobotJoint
-from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.leg_model import AT_STOP, Damper, Joint, Leg, Link, Spring
 
 WORTH_SAYING = 0.01  # of a link's own length, offset from its line
 NOTHING = 1e-12  # kg or m, that counts as none
@@ -130,12 +130,19 @@ def _groups(robot: Robot, joints: Sequence[RobotJoint], messages: list[str]) -> 
     ]
     for joint in locked:
         where = f"at {degrees(joint.reading):.4g} deg" if joint.kind == "hinge" else "where it stands"
+        if joint.kind == "hinge" and joint.range is not None and not _within(joint.reading, joint.range):
+            where += f", out of its range {degrees(joint.range[0]):.4g} to {degrees(joint.range[1]):.4g} deg"
         text = f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped"
         messages.append(text + _following(robot, joint, chosen))
     above = [joint.name or "the free joint" for joint in robot.joints if joint.body in base and joint.kind != "fixed"]
     if above:
         messages.append(f"the body is held: {', '.join(above)} above the chain cannot move")
     return groups
+
+
+def _within(reading: float, ends: tuple[float, float]) -> bool:
+    """Whether a reading is in the range, rad, or that is none."""
+    return ends[0] >= ends[1] or ends[0] - AT_STOP <= reading <= ends[1] + AT_STOP
 
 
 def _following(robot: Robot, joint: RobotJoint, chosen: set[str]) -> str:
