@@ -84,3 +84,15 @@ def test_a_leg_rolled_about_the_way_to_the_right_feels_a_part_of_gravity(
     felt = f"{9.81 * np.cos(np.radians(roll)):.4g} m/s^2"
     assert found.messages == (f"the joints' plane leans {told} deg; the leg has gravity's part in it, {felt}",)
     assert found.leg.gravity == pytest.approx(9.81 * np.cos(np.radians(roll)))
+
+
+@pytest.mark.parametrize(("gravity", "most"), [("0 0 -9.81", "0.039"), ("0 0 -1.62", "0.0065"), ("0 0 0", "0")])
+def test_the_torque_of_a_mass_beside_the_line_is_that_of_the_file_s_gravity(
+    gravity: str, most: str, tmp_path: Path
+) -> None:
+    """9.81 m/s^2 stood for any: six times too much for a robot on the moon."""
+    drawn = '<geom type="capsule" fromto="0 0 0 {down}" size=".02"/>'
+    beside = ROBOT.replace(drawn, '<inertial pos=".01 0 -.15" mass=".4" diaginertia="1e-3 1e-3 1e-3"/>')
+    (tmp_path / "a.xml").write_text(beside.format(gravity=gravity, **Z_UP))
+    (said,) = [item for item in robot_leg(tmp_path / "a.xml", ["h", "k"]).messages if "beside the line" in item]
+    assert f"off by at most {most} N*m" in said

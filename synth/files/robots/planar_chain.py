@@ -59,6 +59,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     anchors = seen.flat(np.stack([joint.anchor for joint in joints]))
     base = robot.bodies[joints[0].body].parent
     tilt = _turn(robot.bodies[base].rotation, seen) if base >= 0 else 0.0
+    pull = 0.0 - float(robot.gravity @ seen.up)  # not -0.0
     before, made = tilt, []
     for index, joint in enumerate(joints):
         lumped = _Lumped.of(robot, groups[index], seen)
@@ -78,9 +79,9 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
             else:
                 along, length = last_link(robot, groups[index], anchors[index], lumped.com, seen, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
-        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), messages))
+        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), pull, messages))
         before = direction
-    gravity = -float(robot.gravity @ seen.up) * felt_share(robot, groups, messages)
+    gravity = pull * felt_share(robot, groups, messages)
     messages += contact_messages(robot, groups)
     name = robot.name if robot.name else "robot"
     return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(messages)))
@@ -187,9 +188,13 @@ def _joint(
     lumped: _Lumped,
     length: float,
     turned: tuple[float, float],
+    pull: float,
     messages: list[str],
 ) -> Joint:
-    """The joint with its link; ``turned`` : absolute rotation of this link and of the one above, rad."""
+    """The joint with its link; ``turned`` : absolute rotation of this link and of the one above, rad.
+
+    ``pull`` : gravity in the plane, m/s^2.
+    """
     direction, above = turned
     along = np.array([np.sin(direction), -np.cos(direction)])
     across = np.array([-along[1], along[0]])
@@ -197,7 +202,7 @@ def _joint(
     if abs(beside) > WORTH_SAYING * length:
         messages.append(
             f"the centre of mass below {joint.name} lies {abs(beside) * 1e3:.3g} mm beside the line to the next joint; "
-            f"a link's lies on it: its weight's torque is off by at most {lumped.mass * 9.81 * abs(beside):.2g} N*m, "
+            f"a link's lies on it: its weight's torque is off by at most {lumped.mass * pull * abs(beside):.2g} N*m, "
             "the inertia about the joint is kept"
         )
     # The inertia about the joint is kept: the offset's part is moved to the centre of mass.
