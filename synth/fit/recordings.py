@@ -229,7 +229,7 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         text = f"{len(time)} samples over {time[-1] * 1e3:.4g} ms; a trial needs at least {LEAST_SAMPLES} samples"
         raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
-    found = lost_samples(rotation)
+    found = lost_samples(time, rotation)
     n_lost, thin = int((found & own_moments(time, ~found)).sum()), thin_recording(time, rotation, found)
     time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
     few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < LEAST_SAMPLES]

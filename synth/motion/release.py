@@ -106,7 +106,7 @@ def find_release(
     if len(time) < LEAST_SAMPLES:
         raise ValueError(f"{len(time)} samples, at least {LEAST_SAMPLES} are needed to find a release")
     rotation = leg.to_rotation(angles)
-    lost = lost_samples(rotation)
+    lost = lost_samples(time, rotation)
     if unit == 1.0:
         return _find_in_view(time, rotation, lost, _view(time, rotation, lost, leg, locked, tip_mass, unit))
     time, leg = time / unit, replace(leg, gravity=leg.gravity * unit**2)

@@ -21,6 +21,9 @@ LONGEST_RUN = 3  # samples: a marker taken for another, or a bus that repeats a 
 STEP_BESIDE = 0.3  # of a run's steps there and back, the largest step within it and beside it
 # Times the second differences beyond it, that of a sample at an end which is off, of so many samples.
 ALONE, END = 5.0, 6
+# Of the shorter of two steps in time, the longer, above which a sample between was lost. A shaky clock's stamps differ
+# less, and do not tell when the samples were taken.
+UNEVEN = 1.5
 LEAST_NOISE_SHARE = 0.1  # of the noise's share in a residual of uniform samples; where less is shown, it is not used
 HOLE = 4.5  # steps of a channel, above which it has a gap
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
@@ -49,12 +52,13 @@ def odd_points(width: float, step: float) -> int:
     return max(5, round(width / step) // 2 * 2 + 1)
 
 
-def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
+def lost_samples(time: Array, angle: Array, limit: float = 8.0) -> Mask:
     """(n_time, n_joint) True for a missing sample or an outlier, alone or in a run of up to ``LONGEST_RUN``.
 
-    A Hampel filter on second differences: a sample is lost when it departs from the mean of its two neighbours by
+    A Hampel filter on second differences: a sample is lost when it departs from the line between its two neighbours by
     more than ``limit`` robust standard deviations of that departure while its neighbours agree with theirs
-    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). A run is lost when the steps to it and back are larger than
+    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). ``time`` (n_time,) s: beside lost samples the neighbours are
+    not equally far. A run is lost when the steps to it and back are larger than
     that and those beside them are small: a swing as fast would have steps as large beside them. The deviation is at
     least that of rounding to the encoder's counts: in a quiet recording most departures are zero and a flicker of one
     count is not a spike.
@@ -65,32 +69,45 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
         if len(good) < 7:
             continue
         value = angle[good, j]
-        middle = value[1:-1] - 0.5 * (value[:-2] + value[2:])
+        middle, later, reach = _departures(time[good], value)
         floor = 1e-9 + 1e-6 * float(np.ptp(value))
         counts = np.diff(np.unique(value))
         rounding = np.sqrt(1.5 / 12.0) * float(counts.min(initial=COARSEST_COUNT, where=counts > 1e-12))
         scale = max(robust_deviation(middle - np.median(middle)) + floor, rounding)
-        spike = np.abs(middle) > limit * scale
-        # A lone spike of height h shows as h in its own difference and -h/2 in both neighbours'; a fast swing does not.
+        spike = np.abs(middle) > limit * scale * reach
+        # A lone spike of height h shows as h in its own difference and -h/2 in both neighbours', or by its weight there
+        # if the steps are unequal; a fast swing does not. Four tenths of that leave room for noise.
         before, after = np.r_[0.0, middle[:-1]], np.r_[middle[1:], 0.0]
-        # A fifth leaves room for noise.
-        alone = (before * middle < -0.2 * middle**2) & (after * middle < -0.2 * middle**2)
+        least_before, least_after = 0.4 * np.r_[0.5, later[:-1]], 0.4 * np.r_[1.0 - later[1:], 0.5]
+        alone = (before * middle < -least_before * middle**2) & (after * middle < -least_after * middle**2)
         lost[good[1:-1][spike & alone], j] = True
         rest = np.flatnonzero(~lost[:, j])
         lost[rest[_runs(angle[rest, j], limit * scale)], j] = True
         rest = np.flatnonzero(~lost[:, j])
         for ends in (rest[:END], rest[: -END - 1 : -1]):
-            lost[ends[_at_end(angle[ends, j], limit * scale)], j] = True
+            lost[ends[_at_end(np.abs(time[ends] - time[ends[0]]), angle[ends, j], limit * scale)], j] = True
     return lost
 
 
-def _at_end(value: Array, least: float) -> Mask:
+def _departures(time: Array, value: Array) -> tuple[Array, Array, Array]:
+    """(n - 2,) of samples from the line between their neighbours, the later neighbour's weight in it, and the longer of
+    the steps to them in terms of the shorter: the departure of a curved motion grows with it.
+    """
+    step = np.diff(time)
+    before, after = step[:-1], step[1:]
+    reach = np.maximum(before, after) / np.minimum(before, after)
+    later = np.where(reach > UNEVEN, before / (before + after), 0.5)
+    middle = value[1:-1] - ((1.0 - later) * value[:-2] + later * value[2:])
+    return middle, later, np.where(reach > UNEVEN, reach, 1.0)
+
+
+def _at_end(time: Array, value: Array, least: float) -> Mask:
     """(n,) True for the first or second sample of a series that stands alone: no difference beyond it is as large."""
-    middle, found = value[1:-1] - 0.5 * (value[:-2] + value[2:]), np.zeros(len(value), dtype=bool)
-    if len(value) == END and np.abs(middle[0]) > max(least, ALONE * np.abs(middle[2:]).max()):
+    (middle, later, reach), found = _departures(time, value), np.zeros(len(value), dtype=bool)
+    if len(value) == END and np.abs(middle[0]) > max(least * reach[0], ALONE * np.abs(middle[2:]).max()):
         # The first shows as -h/2 in one difference only, the second as h, and as -h/2 in the next.
         found[0] = np.abs(middle[0]) > ALONE * np.abs(middle[1])
-        found[1] = middle[1] * middle[0] < -0.2 * middle[0] ** 2
+        found[1] = middle[1] * middle[0] < -0.4 * (1.0 - later[1]) * middle[0] ** 2
     return found
 
 

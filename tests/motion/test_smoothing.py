@@ -92,8 +92,8 @@ def test_glitches_that_are_not_found_are_not_counted_as_noise() -> None:
     angle = swing(time) + generator.normal(0, 1.7e-3, (len(time), 1))
     for first in range(20, 500, 80):
         angle[first : first + 5] += 1.0  # longer than what is found as lost
-    assert not lost_samples(angle).any()
-    assert smooth(time, angle, lost_samples(angle)).noise[0] == pytest.approx(1.7e-3, rel=0.4)
+    assert not lost_samples(time, angle).any()
+    assert smooth(time, angle, lost_samples(time, angle)).noise[0] == pytest.approx(1.7e-3, rel=0.4)
 
 
 def test_missing_and_lone_samples_are_found_in_noise() -> None:
@@ -106,7 +106,7 @@ def test_missing_and_lone_samples_are_found_in_noise() -> None:
         wrong[sample, 0] = True
     angle[100:104, 1] = np.nan
     wrong[100:104, 1] = True
-    np.testing.assert_array_equal(lost_samples(angle), wrong)
+    np.testing.assert_array_equal(lost_samples(time, angle), wrong)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1.7e-3])
@@ -116,9 +116,9 @@ def test_fast_swings_and_jumps_of_speed_are_no_lost_samples(frequency: float, no
     generator = np.random.default_rng(4)
     moving = np.where(time[:, None] < 0.3, 0.4, swing(time - 0.3, frequency))  # held, then let go
     angle = moving + generator.normal(0, 1, moving.shape) * noise
-    assert not lost_samples(angle).any()
+    assert not lost_samples(time, angle).any()
     stopped = np.minimum(np.abs(swing(time, frequency)), 0.2)  # corners where it hits something
-    assert not lost_samples(stopped + generator.normal(0, 1, moving.shape) * noise).any()
+    assert not lost_samples(time, stopped + generator.normal(0, 1, moving.shape) * noise).any()
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.002, 0.005, 0.01, 0.02, 0.1])
@@ -129,9 +129,9 @@ def test_flicker_of_one_count_is_no_lost_sample_but_a_spike_is(noise: float, rat
     angle = 100.013 + np.degrees(swing(time)) + generator.normal(0, 1, (len(time), 1)) * noise
     count = 360 / 8192
     read = count * np.round(angle / count)
-    assert not lost_samples(np.radians(read)).any()
+    assert not lost_samples(time, np.radians(read)).any()
     read[-30] += 30 * count
-    np.testing.assert_array_equal(np.flatnonzero(lost_samples(np.radians(read))), [len(time) - 30])
+    np.testing.assert_array_equal(np.flatnonzero(lost_samples(time, np.radians(read))), [len(time) - 30])
 
 
 @pytest.mark.parametrize("length", [2, 3])
@@ -142,7 +142,7 @@ def test_a_short_run_beside_the_series_is_lost(length: int, rate: float) -> None
     for at in range(10, 80, 10):
         angle = swing(time, 1.0) + generator.normal(0, 1e-3, (len(time), 1))
         angle[at : at + length] += 0.35
-        np.testing.assert_array_equal(np.flatnonzero(lost_samples(angle)), np.arange(at, at + length))
+        np.testing.assert_array_equal(np.flatnonzero(lost_samples(time, angle)), np.arange(at, at + length))
 
 
 @pytest.mark.parametrize("frequency", [2.0, 5.0, 7.0, 8.0])
@@ -150,13 +150,13 @@ def test_a_coarsely_sampled_swing_has_no_lost_runs(frequency: float) -> None:
     """Four to fifteen samples a period, as of a video; held and let go, or swinging from the first sample on."""
     time = np.arange(0, 3, 1 / 30)
     for start in (*np.arange(0.3, 0.3 + 1 / 30, 1 / 300), 0.0):
-        assert not lost_samples(swing(np.maximum(time - start, 0.0), frequency)).any()
+        assert not lost_samples(time, swing(np.maximum(time - start, 0.0), frequency)).any()
 
 
 def test_a_spike_in_a_joint_that_stands_still_is_found() -> None:
-    angle = np.full((100, 1), 0.3)
+    time, angle = 0.004 * np.arange(100), np.full((100, 1), 0.3)
     angle[50] += 0.1
-    np.testing.assert_array_equal(np.flatnonzero(lost_samples(angle)), [50])
+    np.testing.assert_array_equal(np.flatnonzero(lost_samples(time, angle)), [50])
 
 
 @pytest.mark.parametrize("at", [0, 1, 2, 197, 198, 199])
@@ -166,9 +166,9 @@ def test_a_spike_at_an_end_is_lost(at: int, height: float) -> None:
     time = 0.005 * np.arange(200)
     angle = np.radians(20.0 * np.exp(-2.0 * time) * np.cos(2 * np.pi * 3.0 * time))
     angle = (angle + np.radians(0.1) * np.random.default_rng(1).normal(size=200))[:, None]
-    assert not lost_samples(angle).any()
+    assert not lost_samples(time, angle).any()
     angle[at] += np.radians(height)
-    assert np.flatnonzero(lost_samples(angle)[:, 0]).tolist() == [at]
+    assert np.flatnonzero(lost_samples(time, angle)[:, 0]).tolist() == [at]
 
 
 def test_lost_samples_are_bridged_and_a_hole_is_marked() -> None:
@@ -200,3 +200,22 @@ def test_too_few_samples_are_refused() -> None:
     lost[5:, 1] = True
     with pytest.raises(ValueError, match="joint 1: 5 good samples"):
         smooth(np.arange(50) * 0.01, np.zeros((50, 2)), lost)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.7e-4])
+def test_samples_beside_lost_frames_are_no_outliers_but_a_spike_is(noise: float) -> None:
+    """Frames lost from the clock, or without a value: the neighbours of the samples beside are not equally far."""
+    generator = np.random.default_rng(7)
+    time = np.arange(0, 2, 0.004)
+    angle = swing(time) + generator.normal(0, 1, (len(time), 1)) * noise
+    for kept in (
+        generator.random(500) > 0.1,
+        ~np.isin(np.arange(500), [*range(40, 45), 1, 498]),
+        np.arange(500) % 10 > 0,
+    ):
+        assert not lost_samples(time[kept], angle[kept]).any()
+        assert not lost_samples(time, np.where(kept[:, None], angle, np.nan))[kept].any()
+        row = int(np.argmax(np.diff(time[kept][30:]) > 0.006)) + 30  # before a gap
+        spoilt = angle[kept]
+        spoilt[row] += 0.2
+        assert np.flatnonzero(lost_samples(time[kept], spoilt)).tolist() == [row]

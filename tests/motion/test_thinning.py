@@ -71,7 +71,7 @@ def test_a_million_samples_are_read_in_seconds() -> None:
 def means_of(given: Trial) -> tuple[thinning.ThinnedRecording, Array]:
     """A trial thinned, and the true rotation at its times."""
     rotation = LEG.to_rotation(given.angles)
-    found = thin_recording(given.time, rotation, lost_samples(rotation))
+    found = thin_recording(given.time, rotation, lost_samples(given.time, rotation))
     return found, simulate(LEG, LEG.rest + np.array([0.5, 0.7]), [0.0, 0.0], found.time - 0.0, tolerance=1e-9)
 
 

@@ -37,7 +37,9 @@ def channel_clock(source: Channels, mapping: Mapping, notes: list[str]) -> LogCl
     if mapping.frame_rate is None:
         if len(found) != 1:
             text = "say which column is the clock, time: {column: NAME, unit: s}, or the rate, frame_rate: 250 Hz"
-            raise UserError(ColumnProblem(f"{text}; the file has {name_list(source.names)}", source.name))
+            raise UserError(
+                ColumnProblem(f"{text}; the file has {source.contents or name_list(source.names)}", source.name)
+            )
         return _of_column(source, found[0], None)
     told = [k for k in found if not source.units[k] or _is_time(source.units[k])]
     counting = [k for k in told if _increases(source.values[:, k])]

@@ -164,7 +164,7 @@ def _lost_frames(time: Array) -> list[str]:
 def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
     """Missing samples by joint, with the longest gap, and outliers."""
     notes = []
-    spikes = lost_samples(angles) & np.isfinite(angles)
+    spikes = lost_samples(time, angles) & np.isfinite(angles)
     own = own_moments(time, np.isfinite(angles))
     for j, name in enumerate(leg.joint_names):
         missing = own[:, j] & ~np.isfinite(angles[:, j])

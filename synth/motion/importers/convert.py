@@ -17,10 +17,10 @@ from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean_angles, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, inputs_within
 from synth.motion.importers.foreign_data import Channels, Markers, name_list, other_side
+from synth.motion.importers.limb_sides import exchanged_limb
 from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
-from synth.motion.importers.swaps import exchanged_frames, restore_track, swap_notes
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
@@ -202,41 +202,56 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
     """The clock and measured angles (n, n_joint) rad of a file of channels."""
     notes = list(source.notes)
     problems: list[Problem] = []
-    columns: list[Array] = []
+    columns: list[tuple[int, str]] = []
     clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
     try:
         clock = channel_clock(source, mapping, notes)
     except UserError as error:
         no_clock = list(error.problems)
-    for joint in leg.joints:
-        column = mapping.joints.get(joint.name) or JointColumn(joint.name)
+    wanted = [mapping.joints.get(joint.name) or JointColumn(joint.name) for joint in leg.joints]
+    for joint, column in zip(leg.joints, wanted, strict=True):
         try:
-            columns.append(_angle(source, joint, column, clock.time, notes))
+            columns.append(_column(source, joint, column, notes))
         except UserError as error:
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock])
-    return clock, np.column_stack(columns), [*clock.notes, *notes]
+    angles = _of_own_side(source, leg, columns, clock.time, notes)
+    for j, (joint, column) in enumerate(zip(leg.joints, wanted, strict=True)):
+        zero = joint.zero if column.zero is None else column.zero
+        sign = joint.sign if column.sign is None else column.sign
+        angles[:, j] = joint.zero + joint.sign * sign * (angles[:, j] - zero)
+    return clock, angles, [*clock.notes, *notes]
 
 
-def _angle(source: Channels, joint: Joint, column: JointColumn, time: Array, notes: list[str]) -> Array:
-    """One joint's measured angle (n,) rad; ``time`` (n,) s is for the notes."""
+def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, str]:
+    """The index and unit of one joint's angle."""
     index = source.find(column.column, joint.name)
     if "/" in source.names[index] and source.names[index] != column.column:
         notes.append(f"{joint.name}: from {source.names[index]}")
-    unit = source.unit(index, column.unit, joint.name, "deg")
-    value = source.values[:, index : index + 1]
-    other = other_side(source.names[index], source.names)
-    if other is not None:
-        both = [source.values[:, k] * factor(unit, "rad") for k in (index, other)]
+    return index, source.unit(index, column.unit, joint.name, "deg")
+
+
+def _of_own_side(source: Channels, leg: Leg, columns: list[tuple[int, str]], time: Array, notes: list[str]) -> Array:
+    """The columns (n, n_joint) rad of each joint's index and unit, with exchanges between the sides reversed.
+
+    ``time`` (n,) s is for the notes.
+    """
+    angles = np.column_stack([source.values[:, index] * factor(unit, "rad") for index, unit in columns])
+    others = [other_side(source.names[index], source.names) for index, _ in columns]
+    both = [j for j, other in enumerate(others) if other is not None]
+    if both:
+        there = [source.values[:, k] * factor(columns[j][1], "rad") for j, k in enumerate(others) if k is not None]
         # On the circle a column that wraps does not jump: two that pass half a turn at once are no exchange.
-        found = exchanged_frames(*(np.column_stack([np.cos(each), np.sin(each)]) for each in both))
-        notes += swap_notes(f"{joint.name} ({source.names[index]})", found, time)
-        value = restore_track(value, found.swapped, source.values[:, other : other + 1])
-    angle = value[:, 0] * factor(unit, "rad")
-    zero = joint.zero if column.zero is None else column.zero
-    sign = joint.sign if column.sign is None else column.sign
-    return np.asarray(joint.zero + joint.sign * sign * (angle - zero))
+        found = exchanged_limb([_on_circle(angles[:, j]) for j in both], [_on_circle(each) for each in there])
+        notes += found.notes([f"{leg.joint_names[j]} ({source.names[columns[j][0]]})" for j in both], time)
+        for j, swapped, other_angle in zip(both, found.swapped, there, strict=True):
+            angles[:, j] = np.where(swapped, other_angle, angles[:, j])
+    return angles
+
+
+def _on_circle(angle: Array) -> Array:
+    return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release | None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from synth.arrays import Array
@@ -23,7 +23,8 @@ class Channels:
     states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
     reader. ``inputs`` : further channels with clocks of their own, from the same zero; ``hint`` : why there are no
     commands among them. ``numbers`` : gives a channel's values by its index with all the file's digits, for clocks.
-    ``contents`` : what the file has, in messages, if that is more than the names. ``begins`` : s, the file's own time
+    ``contents`` : what the file has, in messages, if that is more than the names; ``refused`` : names of what it has
+    and what is wrong with it, as "in record 8 it is the text ...". ``begins`` : s, the file's own time
     at the zero of its clocks, if the reader has set a large one (``log_clock``) to 0.
     """
 
@@ -39,6 +40,7 @@ class Channels:
     numbers: Callable[[int], Sequence[Any]] | None = None
     contents: str = ""
     begins: float = 0.0
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
@@ -57,7 +59,11 @@ class Channels:
         if found:
             several = ", ".join(self.names[index] for index in found)
             raise UserError(ColumnProblem(f'{what}: "{wanted}" is the name of several columns: {several}', self.name))
-        hint = near(wanted, self.names)
+        refused = [list(self.refused)[index] for index in indices_of_name(wanted, tuple(self.refused))]
+        if refused:
+            text = f'{what}: the column "{refused[0]}" is not all numbers: {self.refused[refused[0]]}'
+            raise UserError(Problem(text, self.name))
+        hint = near(wanted, [*self.names, *self.refused])
         hint = hint if hint.startswith("; did you mean") else f"; the file has {self.contents or name_list(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
 

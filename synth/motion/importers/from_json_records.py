@@ -50,17 +50,17 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
     records = _records_within(content, notes, name) if isinstance(content, dict) else content
     flat = [_flat(record) for record in records]
     titles = list(dict.fromkeys(title for record in flat for title in record))
-    columns, left_out = {}, []
+    columns, refused = {}, {}
     for title in titles:
         cells = [record.get(title) for record in flat]
         if all(cell is None or isinstance(cell, (int, float)) for cell in cells):
             columns[title] = np.array([np.nan if cell is None else _number(cell) for cell in cells])
         else:
-            left_out.append(title)
-    if left_out:
-        notes.append(f"left out because they are not numbers: {name_list(left_out)}")
+            refused[title_and_unit(title)[0]] = _no_number(cells)
+    left_out = f"left out because they are not numbers: {name_list(refused)}" if refused else ""
+    notes += [left_out] if refused else []
     if len(flat) < 2 or not columns:
-        raise UserError(Problem("has no records with numbers", name))
+        raise UserError(Problem(f"has no records with numbers{'; ' if refused else ''}{left_out}", name))
     names, units = zip(*map(title_and_unit, columns), strict=True)
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
     if repeated is not None:
@@ -73,7 +73,21 @@ def read_json(path: Path, mapping: Mapping, name: str) -> Channels:
         ]  # a double's text is the file's up to 15 digits
 
     values = np.column_stack(list(columns.values()))
-    return Channels(name, tuple(names), tuple(units), values, notes=tuple(notes), numbers=numbers)
+    contents = f"{name_list(names)}; {left_out}" if refused else ""
+    return Channels(name, tuple(names), tuple(units), values, notes=tuple(notes), numbers=numbers,
+                    contents=contents, refused=refused)  # fmt: skip
+
+
+def _no_number(cells: list[Any]) -> str:
+    """What is wrong with the first cell of a column that is not a number, and the correct form."""
+    wrong = [k for k, cell in enumerate(cells) if cell is not None and not isinstance(cell, (int, float))]
+    where, cell = f"in record {wrong[0] + 1} of {len(cells)} it is", cells[wrong[0]]
+    if isinstance(cell, list):
+        return f"{where} a list; write each of its numbers as a field of its own"
+    number = exact_number(str(cell))
+    if number is not None and number.is_finite():
+        return f'{where} the text "{str(cell)[:40]}"; write the number without quotes'
+    return f'{where} the text "{str(cell)[:40]}"; leave the field out, or write null, where a sample is missing'
 
 
 def _content(path: Path, name: str) -> Any:

@@ -61,7 +61,7 @@ def _velocity(source: Channels, k: int, joint: Joint, column: JointColumn) -> Ar
 def _fault(leg: Leg, time: Array, angles: Array, velocity: Array, index: int) -> str:
     """Why a velocity is not the slope of its joint's angle; empty if it is, or there is too little to tell."""
     try:
-        smoothed = smooth(time, angles, lost_samples(leg.to_rotation(angles)))
+        smoothed = smooth(time, angles, lost_samples(time, leg.to_rotation(angles)))
     except ValueError:
         return ""
     return unlike(smoothed, time, velocity, index)

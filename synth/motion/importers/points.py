@@ -6,6 +6,7 @@ right and z up, is ``atan2(dx, -dz)``, and a joint's rotation is the difference 
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import LogClock, log_clock
 from synth.motion.importers.foreign_data import Markers, name_list, other_side
-from synth.motion.importers.swaps import exchanged_frames, restore_track, swap_notes
+from synth.motion.importers.limb_sides import exchanged_limb
 from synth.motion.noise import MAD_TO_SD
 from synth.swing.leg_model import Leg
 
@@ -106,17 +107,20 @@ def _chosen_points(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
 
 def _restore_sides(markers: Markers, chosen: list[int], time: Array, notes: list[str]) -> Array:
     """Positions (n, n_point, d) of the chosen points, with exchanges between the sides reversed."""
-    found = []
-    for index in chosen:
-        track, other = markers.positions[:, index], other_side(markers.names[index], markers.names)
-        if other is not None and other not in chosen:
-            exchange = exchanged_frames(track, markers.positions[:, other])
-            notes += swap_notes(markers.names[index], exchange, time)
-            track = restore_track(track, exchange.swapped, markers.positions[:, other])
-        if not np.isfinite(track).any():
+    space = markers.positions[:, chosen].copy()
+    others = [other_side(markers.names[index], markers.names) for index in chosen]
+    both = [k for k, other in enumerate(others) if other is not None and other not in chosen]
+    if both:
+        there = [markers.positions[:, other] for other in others if other is not None and other not in chosen]
+        here = [space[:, k] for k in both]
+        found = exchanged_limb(here, there, [k + 1 == after for k, after in itertools.pairwise(both)])
+        notes += found.notes([markers.names[chosen[k]] for k in both], time)
+        for k, swapped, other in zip(both, found.swapped, there, strict=True):
+            space[:, k] = np.where(swapped[:, None], other, space[:, k])
+    for k, index in enumerate(chosen):
+        if not np.isfinite(space[:, k]).any():
             raise UserError(Problem(f'the point "{markers.names[index]}" is never visible', markers.name))
-        found.append(track)
-    return np.stack(found, axis=1)
+    return np.asarray(space)
 
 
 def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]) -> Array:

@@ -1,13 +1,13 @@
-"""Left and right exchanged: a tracker that confuses the two legs in some frames.
+"""Left and right exchanged: what the steps of one point's two tracks tell, when a tracker confuses the legs.
 
 An exchange is a jump of both tracks at once into each other's place, and back. Two tracks that cross also come close
 to each other's place from one frame to the next, but each goes on as it moved before; a prediction at constant velocity
 from either side tells the two apart. Only what is beyond doubt is restored: a wrong repair destroys a good recording.
+``limb_sides`` decides it, for all points of a limb together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,24 +20,24 @@ SHORTER = 0.25  # the exchanged step against the plain one, squared distances
 STRIDES = 6.0  # ordinary steps nearby; a jump is longer
 NEARBY = 7  # steps before, and after
 SMOOTHER = 0.1  # error of the prediction with an exchange against that without, squared: below, there is no doubt
-MOST_EXCHANGED = 0.5  # share of exchanged frames: with more, the first frame may be wrong as well
-MOST_NAMED = 6  # times in a note
 
 
 @dataclass(frozen=True, eq=False)
-class SideExchange:
-    """What is found in two tracks of n frames.
+class Steps:
+    """Of two tracks of n frames, for each frame (n,) what happened on the way there from the last one with both sides.
 
-    ``swapped`` (n,) True where they hold each other's values; ``doubtful`` frames at which an exchange may begin or
-    end. If any is doubtful, ``swapped`` is False everywhere.
+    ``present`` both sides are there; ``turned`` they were exchanged, or back; ``kept`` they surely were not; ``open``
+    they may have been, and a jump or a corner says so. None of these: the sides are too close together to tell.
     """
 
-    swapped: Mask
-    doubtful: tuple[int, ...] = ()
+    present: Mask
+    turned: Mask
+    kept: Mask
+    open: Mask
 
 
-def exchanged_frames(one: Array, other: Array) -> SideExchange:
-    """Frames in which two tracks hold each other's values.
+def side_steps(one: Array, other: Array) -> Steps:
+    """The steps of two tracks.
 
     Parameters
     ----------
@@ -47,24 +47,18 @@ def exchanged_frames(one: Array, other: Array) -> SideExchange:
     Returns
     -------
     An exchange begins and ends with a jump of both tracks that is much longer than their steps nearby, short when
-    crossed, and after which each track goes on from the other's place with the other's velocity. The first frame is
-    assumed correct. A jump without one back, or at which the prediction is not clear, is doubtful, and so is a meeting
-    from which both tracks turn back as if each had gone on as the other.
+    crossed, and after which each track goes on from the other's place with the other's velocity. A jump at which the
+    prediction is not clear is open, and so is a meeting from which both tracks turn back as if each had gone on as the
+    other.
     """
-    none = np.zeros(len(one), dtype=bool)
+    present = np.asarray(np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1))
     at = _changing_frames(one, other)
-    if len(at) < 4:
-        return SideExchange(none)
-    jump, corner, clear = _turns(one[at], other[at], np.diff(at).astype(float))
-    turn = jump & clear
-    state = np.concatenate([[False], np.cumsum(turn) % 2 == 1])
-    # A frame with one side missing, or equal to the one before it, goes with the frame before it.
-    position = np.searchsorted(at, np.arange(len(one)), side="right") - 1
-    swapped = np.asarray(state[np.maximum(position, 0)] & (position >= 0))
-    suspected = jump | corner
-    if (suspected & ~turn).any() or state[-1] or swapped.mean() > MOST_EXCHANGED:
-        return SideExchange(none, tuple(int(frame) for frame in at[1:][suspected]))
-    return SideExchange(swapped)
+    turned, kept, unclear = np.zeros(len(one), dtype=bool), present.copy(), np.zeros(len(one), dtype=bool)
+    kept[at] = False  # of values that are held, the others are not exchanged
+    if len(at) >= 4:
+        jump, corner, clear, same = _turns(one[at], other[at], np.diff(at).astype(float))
+        turned[at[1:]], kept[at[1:]], unclear[at[1:]] = jump & clear, same, (jump & ~clear) | corner
+    return Steps(present, turned, kept, unclear)
 
 
 def _changing_frames(one: Array, other: Array) -> NDArray[np.intp]:
@@ -74,8 +68,8 @@ def _changing_frames(one: Array, other: Array) -> NDArray[np.intp]:
     return np.asarray(at[np.concatenate([[True], (np.diff(both, axis=0) != 0).any(axis=1)])[: len(at)]])
 
 
-def _turns(a: Array, b: Array, gap: Array) -> tuple[Mask, Mask, Mask]:
-    """Steps (m - 1,) with a jump that is smoother crossed; such without a jump; those beyond doubt.
+def _turns(a: Array, b: Array, gap: Array) -> tuple[Mask, Mask, Mask, Mask]:
+    """Steps (m - 1,) with a jump that is smoother crossed; such without a jump; those beyond doubt; those surely not.
 
     Parameters
     ----------
@@ -91,7 +85,8 @@ def _turns(a: Array, b: Array, gap: Array) -> tuple[Mask, Mask, Mask]:
     # Errors of prediction nearby, as recorded: a corner of two tracks that meet is larger.
     usual = _ordinary(np.sqrt(np.minimum(kept, turned)))
     corner = ~jump & (turned < SMOOTHER * kept) & (kept > (STRIDES * usual) ** 2)
-    return jump & (turned < kept), corner, turned < SMOOTHER * kept
+    surely = (kept < SMOOTHER * turned) & (turned > (STRIDES * usual) ** 2)
+    return jump & (turned < kept), corner, turned < SMOOTHER * kept, surely
 
 
 def _errors(a: Array, b: Array, gap: Array, jump: Mask) -> tuple[Array, Array]:
@@ -126,25 +121,3 @@ def _ordinary(size: Array) -> Array:
         some = np.isfinite(side).any(axis=1)
         found[some] = np.maximum(found[some], np.nanmedian(side[some], axis=1))
     return found
-
-
-def restore_track(one: Array, swapped: Mask, other: Array) -> Array:
-    """Track ``one`` with the frames held by ``other`` restored."""
-    return np.where(swapped[:, None], other, one)
-
-
-def swap_notes(what: str, found: SideExchange, time: Array) -> list[str]:
-    """The finding in words, if there is one; ``time`` (n,) s of the frames."""
-    if found.doubtful:
-        return [_doubt(what, time[list(found.doubtful)])]
-    if not found.swapped.any():
-        return []
-    stretches = int(np.diff(np.concatenate([[False], found.swapped]).astype(int)).clip(0).sum())
-    frames = int(found.swapped.sum())
-    return [f"{what}: left and right are exchanged in {frames} frames ({stretches} stretches); restored"]
-
-
-def _doubt(what: str, times: Sequence[float] | Array) -> str:
-    shown = ", ".join(f"{time:.3f}" for time in times[:MOST_NAMED]) + (" and later" if len(times) > MOST_NAMED else "")
-    text = f"{what}: left and right may be exchanged from or to {shown} s, which is not certain; the recording is left "
-    return f"{text}as it is: look at it there, and leave it out or cut it with a window if they are"

@@ -7,17 +7,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motion.importers.simulated_leg import angles, leg
+from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
 from synth.arrays import Array
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import import_file
-from synth.motion.importers.swaps import exchanged_frames, swap_notes
+from synth.motion.importers.foreign_data import Markers
+from synth.motion.importers.limb_sides import LimbExchange, exchanged_limb
+from synth.motion.importers.points import TrackedAngles, track
 
 COUNT = 400
 
 
 def column(values: Array) -> Array:
     return np.asarray(values)[:, None]
+
+
+def exchanged(one: Array, other: Array) -> LimbExchange:
+    """Of a limb with one joint, whose angles (n,) of either side are given."""
+    return exchanged_limb([column(one)], [column(other)])
 
 
 def antiphase(generator: np.random.Generator, period: float, noise: float, still: int) -> tuple[Array, Array]:
@@ -39,7 +46,7 @@ def test_sides_that_cross_are_left_alone(still: int, held: int) -> None:
     for noise in (0.0, 0.05, 0.25):
         for period in (12.0, 31.0, 100.0):
             one, other = antiphase(generator, period, noise, still)
-            found = exchanged_frames(column(one[rows]), column(other[rows]))
+            found = exchanged(one[rows], other[rows])
             assert not found.swapped.any(), (noise, period)
             assert not found.doubtful, (noise, period)
 
@@ -53,9 +60,9 @@ def test_random_exchanges_are_restored_or_named_and_never_misplaced() -> None:
         first = int(generator.integers(20, 350))
         wrong = np.zeros(COUNT, dtype=bool)
         wrong[first : first + int(generator.integers(1, 20))] = True
-        found = exchanged_frames(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
-        right += bool((found.swapped == wrong).all())
-        assert not found.swapped.any() or (found.swapped == wrong).all()
+        found = exchanged(np.where(wrong, other, one), np.where(wrong, one, other))
+        right += bool((found.swapped[0] == wrong).all())
+        assert not found.swapped.any() or (found.swapped[0] == wrong).all()
     assert right >= 85
 
 
@@ -63,9 +70,9 @@ def test_an_exchange_without_a_way_back_is_named_with_its_time() -> None:
     at = np.arange(COUNT)
     one, other = 60.0 + 5.0 * np.sin(at / 9.0), 20.0 + 5.0 * np.cos(at / 9.0)
     wrong = at >= 150
-    found = exchanged_frames(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
+    found = exchanged(np.where(wrong, other, one), np.where(wrong, one, other))
     assert not found.swapped.any()
-    (note,) = swap_notes("knee", found, at / 200.0)
+    (note,) = found.notes(["knee"], at / 200.0)
     assert note.startswith("knee: left and right may be exchanged from or to 0.750 s, which is not certain; the recor")
 
 
@@ -74,7 +81,7 @@ def test_a_tracker_that_follows_the_wrong_side_after_a_meeting_is_named() -> Non
     at = np.arange(COUNT)
     one, other = 20.0 * np.sin(at / 15.0), -20.0 * np.sin(at / 15.0)
     wrong = ((at > 47) & (at < 80)) | ((at > 141) & (at < 180))  # they cross at 47.1 and 141.4
-    found = exchanged_frames(column(np.where(wrong, other, one)), column(np.where(wrong, one, other)))
+    found = exchanged(np.where(wrong, other, one), np.where(wrong, one, other))
     assert not found.swapped.any()
     assert {80, 180} <= set(found.doubtful)
 
@@ -93,3 +100,70 @@ def test_columns_that_pass_half_a_turn_at_once_are_not_exchanged(tmp_path: Path)
     assert not any("exchanged" in note for note in found.notes)
     turns = np.degrees(found.angles[:, 1]) - 180.0 - knee
     np.testing.assert_allclose(turns, 360.0 * np.round(turns[0] / 360.0), atol=1e-4)
+
+
+OTHER_ANGLES = 2.0 * angles()[1][-1] - angles()[1]  # the other leg, in antiphase: the sides meet at each rest
+NAMES = tuple(f"{part}_{side}" for side in "rl" for part in PARTS)
+
+
+def tracked(wrong: dict[str, slice], offset: float, noise: float, seed: int) -> tuple[TrackedAngles, Array, Array]:
+    """What is found if these frames of these parts are exchanged; points (n, 4, 2) m of the leg as it is, as recorded.
+
+    ``offset`` m between the hips.
+    """
+    right = points(angles()[1])
+    both = np.concatenate([right, points(OTHER_ANGLES) + np.array([offset, offset / 4.0])], axis=1)
+    both += np.random.default_rng(seed).normal(0.0, noise, both.shape)
+    recorded = both.copy()
+    for part, frames in wrong.items():
+        k = PARTS.index(part)
+        recorded[frames, k], recorded[frames, k + 4] = both[frames, k + 4], both[frames, k]
+    markers = Markers("a.csv", NAMES, recorded, np.arange(float(len(both))), RATE, "m")
+    return track(markers, leg(), Mapping(points=NAMES[:4])), both[:, :4], recorded[:, :4]
+
+
+def test_a_limb_is_restored_whole_or_left_whole() -> None:
+    """All points are exchanged in the same frames, which begin and end anywhere; a toe on the other ankle is no leg."""
+    generator, right = np.random.default_rng(6), 0
+    for seed in range(60):
+        first = int(generator.integers(110, 180))
+        wrong = slice(first, first + int(generator.integers(3, 40)))
+        found, leg_s_own, recorded = tracked(dict.fromkeys(PARTS, wrong), 0.0, generator.choice([2e-4, 1e-3]), seed)
+        restored = np.abs(found.points - leg_s_own)[:, 1:].max() < 1e-9  # the hips are at one place
+        right += restored
+        assert restored or (found.points == recorded).all(), (seed, wrong, found.notes)
+        if not restored:
+            assert any("left and right may be exchanged" in note for note in found.notes)
+    assert right >= 30
+
+
+@pytest.mark.parametrize("parts", [("toe",), ("knee",), ("knee", "ankle"), ("ankle", "toe")])
+def test_single_points_are_restored_alone_where_the_links_say_so(parts: tuple[str, ...]) -> None:
+    generator, right = np.random.default_rng(7), 0
+    for seed in range(10):
+        first = int(generator.integers(110, 180))
+        wrong = slice(first, first + int(generator.integers(3, 40)))
+        found, leg_s_own, recorded = tracked(dict.fromkeys(parts, wrong), 0.08, 2e-4, seed)
+        restored = np.abs(found.points - leg_s_own).max() < 1e-9
+        right += restored
+        assert restored or (found.points == recorded).all(), (seed, wrong, found.notes)
+    assert right >= 8
+
+
+def test_angles_of_a_limb_are_restored_whole_or_left_whole(tmp_path: Path) -> None:
+    """In columns: the knees are equal when the exchange begins; their columns show its end only."""
+    time, measured = angles()
+    other = OTHER_ANGLES + np.array([30.0, 0.0, 30.0])
+    apart = np.abs(measured - OTHER_ANGLES)[:, 1]
+    first = 110 + int(np.argmin(apart[110:140]))
+    recorded = np.concatenate([measured, other], axis=1)
+    wrong = slice(first, first + 12)
+    recorded[wrong] = np.concatenate([other, measured], axis=1)[wrong]
+    titles = [f"{side} {joint} [deg]" for side in ("right", "left") for joint in ("hip", "knee", "ankle")]
+    lines = [",".join(f"{value:.6f}" for value in row) for row in np.column_stack([time, recorded])]
+    (tmp_path / "a.csv").write_text("\n".join([",".join(["time [s]", *titles]), *lines]) + "\n")
+    mapping = Mapping(joints={joint: JointColumn(f"right {joint}") for joint in ("hip", "knee", "ankle")})
+    found = import_file(tmp_path / "a.csv", leg(), mapping, name="a.csv", cut="keep")
+    whole = [np.abs(np.degrees(found.angles) - each).max() < 1e-4 for each in (measured, recorded[:, :3])]
+    assert any(whole), found.notes
+    assert any("left and right" in note for note in found.notes)
