@@ -301,26 +301,8 @@ def _by_pint(plain: str, text: str) -> _Unit:
 
 def _near_units(name: str) -> str:
     names = ["mm", "cm", "m", "in", "ft", "kg", "g", "lb", "oz", "s", "ms", "min", "rad", "deg", "rpm", "N", "mN"]
-    names += [
-        "lbf",
-        "ozf",
-        "kgf",
-        "Pa",
-        "MPa",
-        "GPa",
-        "psi",
-        "ksi",
-        "Msi",
-        "Hz",
-        "J",
-        "W",
-        "V",
-        "A",
-        "ohm",
-        "H",
-        "percent",
-        "rev",
-    ]
+    names += ["lbf", "ozf", "kgf", "Pa", "MPa", "GPa", "psi", "ksi", "Msi", "Hz", "J", "W", "V", "A", "ohm", "H"]
+    names += ["percent", "rev"]
     lower = {known.lower(): known for known in reversed(names)}
     if name.lower() in lower:
         return f"; did you mean {lower[name.lower()]}?"
