@@ -9,7 +9,7 @@ from synth.cad.arm_shaft import SIDES, Form, circumradius, flat_distance
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Pin, insert_of, pin_at_least, pin_size
 from synth.cad.layout import SUNK_ASIDE, JointLayout, bearing_pocket, bracket_bore, fixing_screw
-from synth.cad.limits import DimensionProblem
+from synth.cad.limits import DimensionProblem, rounded_up
 from synth.cad.outlines import mount_across
 from synth.cad.screw_places import SET_SCREW, bracket_depths, socket_screw
 from synth.cad.shaft_line import lay_shaft, pin_spare, tongue_pin
@@ -143,7 +143,11 @@ def _bracket(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
     least = max(least_bolt_circle(dimensions), apart)
     if damper.bolt_circle < least:
         reason = f"inserts for M{screw.size:g} need space in the sleeve around damper and collar, and heads in the ear"
-        return [DimensionProblem(f"{name}.bolt_circle", damper.bolt_circle, f"at least {least:.4g} mm", reason)]
+        return [
+            DimensionProblem(
+                f"{name}.bolt_circle", damper.bolt_circle, f"at least {rounded_up(least)} mm", reason, least
+            )
+        ]
     above, below = bracket_depths(dimensions, layout)
     if above + below + BESIDE > layout.bracket_height:
         more = damper.body_length + above + below + BESIDE - layout.bracket_height

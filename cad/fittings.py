@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from synth.cad.arm_shaft import FORMS, Form
-from synth.cad.limits import DimensionProblem, dimension, range_problems
+from synth.cad.limits import DimensionProblem, dimension, range_problems, rounded_up
 
 Hold = Literal["unknown", "none", "set_screw", "clamp"]
 HOLDS: tuple[Hold, ...] = ("unknown", "none", "set_screw", "clamp")
@@ -197,6 +197,7 @@ def _screw_problems(
         reason = f"the screws pass outside {what} with 1 mm between"
         if beside > outside:
             reason = f"{part.bolt_count} screws fit on it with 1 mm between"
-        allowed = f"at least {max(beside, outside):.4g} mm"
-        found.append(DimensionProblem(prefix + "bolt_circle", part.bolt_circle, allowed, reason))
+        least = max(beside, outside)
+        allowed = f"at least {rounded_up(least)} mm"
+        found.append(DimensionProblem(prefix + "bolt_circle", part.bolt_circle, allowed, reason, least))
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TypeVar, overload
@@ -17,7 +17,7 @@ from synth.cad.hinge import cross_screw, cylinder
 from synth.cad.joint import BuiltJoint, assemble
 from synth.cad.kernel import faceted
 from synth.cad.layout import JointLayout
-from synth.cad.limits import DimensionError, DimensionProblem
+from synth.cad.limits import DimensionError, DimensionProblem, rounded_up
 from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
 from synth.cad.standard_part import CutPart
 
@@ -163,15 +163,26 @@ def lay_out_leg(dimensions: LegDimensions) -> tuple[JointLayout, ...]:
             found += error.problems
     if found:
         raise DimensionError(found)
+    found += [_short_link(dimensions, layouts, *each) for each in _short_links(dimensions, layouts)]
+    if found:
+        raise DimensionError(found)
+    return tuple(layouts)
+
+
+def link_problems(dimensions: LegDimensions) -> list[DimensionProblem]:
+    """The links that are too short for their hinges, whatever makes these long; the joints fit by themselves."""
+    layouts = [lay_out(joint) for joint in dimensions.joints]
+    return [_sockets_meet(dimensions, *each) for each in _short_links(dimensions, layouts)]
+
+
+def _short_links(dimensions: LegDimensions, layouts: Sequence[JointLayout]) -> Iterator[tuple[int, float]]:
+    """Index and least length (mm) of each link that is too short for its hinges."""
     for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True)):
         shortest = layout.lower_bottom + layout.socket_depth
         if index + 1 < len(layouts):
             shortest += layouts[index + 1].upper_bottom + layouts[index + 1].socket_depth
         if joint.link_length < shortest:
-            found.append(_short_link(dimensions, layouts, index, shortest))
-    if found:
-        raise DimensionError(found)
-    return tuple(layouts)
+            yield index, shortest
 
 
 def _short_link(
@@ -184,16 +195,24 @@ def _short_link(
     if damper >= layouts[widest].socket_radius - joint.clearance - 1e-9:
         name, spare = dimensions.joints[widest].name, (shortest - joint.link_length) / 2
         circle = dimensions.joints[widest].damper.bolt_circle
-        fewer, longer = circle - 2 * spare, f"a link_length of {joint.name} of {shortest:.4g} mm"
+        fewer, longer = circle - 2 * spare, f"a link_length of {joint.name} of {rounded_up(shortest)} mm"
         smaller = replace(dimensions.joints[widest].damper, bolt_circle=fewer)
         least = least_bolt_circle(dimensions.joints[widest])
         allowed = longer if smaller.problems() or fewer < least else f"about {fewer:.3g} mm, or {longer}"
         reason = f"the damper's bracket is too wide for the link of {joint.link_length:g} mm beside it"
         return DimensionProblem(f"{name}.damper.bolt_circle", circle, allowed, reason)
+    return _sockets_meet(dimensions, index, shortest)
+
+
+def _sockets_meet(dimensions: LegDimensions, index: int, shortest: float) -> DimensionProblem:
+    """A link too short for its hinges, under its own name; ``shortest`` mm."""
+    joint = dimensions.joints[index]
     reason = "the sockets of its two hinges would meet; smaller springs or dampers make them shorter"
-    if index + 1 == len(layouts):
+    if index + 1 == len(dimensions.joints):
         reason = "its one hinge and the tube's socket are as long; a smaller spring or damper makes them shorter"
-    return DimensionProblem(f"{joint.name}.link_length", joint.link_length, f"at least {shortest:.4g} mm", reason)
+    return DimensionProblem(
+        f"{joint.name}.link_length", joint.link_length, f"at least {rounded_up(shortest)} mm", reason
+    )
 
 
 def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], index: int) -> float:

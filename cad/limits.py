@@ -30,16 +30,25 @@ class Limit:
 
 @dataclass(frozen=True)
 class DimensionProblem:
-    """One dimension that cannot be built: name, value, allowed range, and reason."""
+    """One dimension that cannot be built: name, value, allowed range, and reason.
+
+    ``least`` : the value from which this reason falls away, where it is a number that others may follow.
+    """
 
     dimension: str
     value: object
     allowed: str
     reason: str
+    least: float | None = None
 
     def __str__(self) -> str:
         shown = f"{self.value:.6g}" if isinstance(self.value, float) else repr(self.value)
         return f"{self.dimension} = {shown}: allowed is {self.allowed}; {self.reason}"
+
+
+def rounded_up(value: float) -> str:
+    """A least value (mm) in a message, rounded up to a hundredth, so that the value it names is allowed."""
+    return f"{math.ceil(value * 100.0 - 1e-6) / 100.0:g}"
 
 
 class DimensionError(ValueError):

@@ -61,6 +61,9 @@ ounce_force = ounce * standard_gravity = ozf
 pascal = newton / metre ** 2 = Pa
 bar = 1e5 * pascal
 pound_per_square_inch = pound_force / inch ** 2 = psi
+kilopound_force = 1e3 * pound_force = kip
+kilopound_per_square_inch = 1e3 * pound_per_square_inch = ksi
+megapound_per_square_inch = 1e6 * pound_per_square_inch = Msi
 joule = newton * metre = J
 watt = joule / second = W
 volt = watt / ampere = V
@@ -298,11 +301,13 @@ def _by_pint(plain: str, text: str) -> _Unit:
 
 def _near_units(name: str) -> str:
     names = ["mm", "cm", "m", "in", "ft", "kg", "g", "lb", "oz", "s", "ms", "min", "rad", "deg", "rpm", "N", "mN"]
-    names += ["lbf", "ozf", "kgf", "Pa", "MPa", "GPa", "psi", "Hz", "J", "W", "V", "A", "ohm", "H", "percent", "rev"]
+    names += ["lbf", "ozf", "kgf", "Pa", "MPa", "GPa", "psi", "ksi", "Msi", "Hz", "J", "W", "V", "A", "ohm", "H"]
+    names += ["percent", "rev"]
     lower = {known.lower(): known for known in reversed(names)}
     if name.lower() in lower:
         return f"; did you mean {lower[name.lower()]}?"
-    return did_you_mean(name, names)
+    # A unit that begins otherwise has another prefix: what was meant would be a thousand times as much.
+    return did_you_mean(name, [known for known in names if known[0].lower() == name[0].lower()])
 
 
 def _near_dimension(written: str, wanted: _Unit) -> str:

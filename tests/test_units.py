@@ -27,6 +27,8 @@ from synth.errors import UserError
         ("1 lb", "kg", 0.45359237),
         ("1 kgf*cm", "N*m", 0.0980665),
         ("1 psi", "Pa", 6894.757),
+        ("5 ksi", "Pa", 5 * 6.894757e6),
+        ("30 Msi", "Pa", 30 * 6.894757e9),
         ("50 rpm", "rad/s", 50 * 2 * math.pi / 60),
         ("0.39 N*m/deg", "N*m/rad", 0.39 * 180 / math.pi),
         ("1 rev", "rad", 2 * math.pi),
@@ -96,6 +98,7 @@ def test_reads_quantities(text: object, unit: str, value: float) -> None:
         ("20 MM", "m", ['"MM"', "did you mean mm"]),
         ("5 Ns/m", "N/m", ["a damping", "a stiffness is needed"]),
         ("2 degg", "rad", ["did you mean deg"]),
+        ("5 KSI", "Pa", ["did you mean ksi?"]),
         ("0,39 m", "m", ["point, not a comma: write 0.39 m"]),
         ("1,250 mm", "m", ["1250 mm", "1.250 mm"]),
         ("1,250,000 mm", "m", ["leave the commas out: 1250000 mm"]),
@@ -218,3 +221,10 @@ def test_units_met_often_are_those_of_pint(unit: str) -> None:
     found, known = units._by_pint(unit, unit), units._unit(unit)
     assert found.factor == pytest.approx(known.factor, rel=1e-15)
     assert found.dimension == known.dimension
+
+
+def test_no_unit_is_suggested_that_differs_in_its_prefix() -> None:
+    """``ksi`` was unknown, and psi suggested for it: a strength of a thousandth."""
+    with pytest.raises(UserError) as caught:
+        units.parse("5 tsi", "Pa")
+    assert "did you mean" not in str(caught.value)

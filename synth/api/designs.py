@@ -90,7 +90,7 @@ class Design(Report):
         Raises
         ------
         UserError
-            If a joint cannot be drawn or fails a check; nothing is written then.
+            If a joint cannot be drawn; ``CannotBeHad`` if one fails a check. Nothing is written then.
         """
         failure = self.write_with(folder)
         if failure is not None:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from synth.parts.rows import DamperRow, MaterialRow, TorsionSpringRow
 
 MOST_GONE = 5  # parts that are named: about a line
+MOST_LEFT = 20  # rows that cannot be chosen and are listed with the reason: about a screen
 LONG = ("as_published", "source", "note")  # columns that only ``show`` prints
 
 
@@ -139,7 +140,9 @@ def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     for file, parts in placed.gone.items():
         shown = ", ".join(parts[:MOST_GONE]) + (", ..." if len(parts) > MOST_GONE else "")
         lines.append(f"{file}: replaced; parts of it that this table lacks ({len(parts)}): {shown}")
-    lines.append(f"{placed.rows} rows, {placed.choosable} usable; synth catalog list gives the reason for the others")
+    lines += [f"{part}: not usable, {status}" for part, status in placed.left[:MOST_LEFT]]
+    others = "" if len(placed.left) <= MOST_LEFT else "; synth catalog list gives the reason for the others"
+    lines.append(f"{placed.rows} rows, {placed.choosable} usable{others}")
     tell_document(progress, imported_json(table, placed), "\n".join(lines))
     progress.say(f"written: {', '.join(map(str, placed.files))}")
     return 0
@@ -222,9 +225,6 @@ def _part(catalogue: Catalogue, part: str) -> tuple[Sequence[CatalogueRow], str]
 
 
 def _material(catalogue: Catalogue, wanted: str) -> list[MaterialRow]:
-    """All rows of a wire material, by name or alias."""
-    from synth.parts.wire import ALIASES
-
-    aliases = {alias.casefold(): name for alias, name in ALIASES.items()}
-    name = aliases.get(wanted, wanted).casefold()
-    return [row for row in catalogue.materials if row.material.casefold() == name]
+    """All rows of a wire material, by any of its spellings."""
+    name = catalogue.known_materials.name(wanted)
+    return [row for row in catalogue.materials if row.material == name]

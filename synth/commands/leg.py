@@ -43,6 +43,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.api.design_input import read_design
     from synth.commands.answers import tell
     from synth.commands.leg_parts import parts_text, require_known_joints, with_options
+    from synth.errors import Problem
     from synth.files.input_hashes import input_hashes
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
@@ -59,6 +60,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     options = (arguments.no_cad, arguments.no_pictures, repr(project.parts))
     key = key_of("leg", arguments.file, input_hashes(project), *options)
     report = Path(arguments.out) / "report.html"
+    replaced = Path(arguments.out, "parts").is_dir()
     failure: UserError | None = None
     with output_folder(arguments.out) as folder:
         if cache.fetch(key, folder):
@@ -70,6 +72,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
             if failure is None and whole:
                 cache.keep(key, folder)
     if failure is not None:
+        if replaced:  # parts of another design would be taken for those of this one
+            text = "now holds this design, without parts; those of the earlier run are removed"
+            failure.problems.append(Problem(text, arguments.out))
         raise failure
     shown = shown_for(arguments.units, [project.path.parent / item.name for item in project.inputs])
     notes = _page_warnings(Path(arguments.out))

@@ -63,7 +63,7 @@ def _of_spring(row: TorsionSpringRow, catalogue: Catalogue) -> Iterator[Line]:
         yield "spring index D/d", f"{row.mean_diameter / row.wire_diameter:.4g}"
     if row.close_wound_length is not None:
         yield "length of touching coils", f"{row.close_wound_length * 1e3:.6g} mm"
-    rates = geometric_rates(row, catalogue.elastic_modulus)
+    rates = geometric_rates(row, catalogue.known_materials)
     if rates is not None:
         for form, value in zip(("d^4 E/(64 D N)", "10.8 per turn"), rates, strict=True):
             compared = "" if not row.rate else f" ({value / row.rate - 1.0:+.1%} of the published)"

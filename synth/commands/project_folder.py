@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from synth.commands.progress import Progress
 
-INTERNAL = 70  # exit status after an internal error, as in ``synth.cli``
+CANNOT_BE_HAD, MISTAKE, INTERNAL = 1, 2, 70  # exit statuses, as in ``synth.cli``
 Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, TaskOutcome]]]
 
 
@@ -60,7 +60,10 @@ def only_for_folders(arguments: argparse.Namespace) -> None:
 
 
 def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTask) -> int:
-    """Perform the task on every project of a folder; exit status 2 if one failed, 70 after an internal error."""
+    """Perform the task on every project of a folder; returns the exit status.
+
+    That is 1 if results have failed checks only, 2 if a project failed, 70 after an internal error.
+    """
     _require_outside(Path(arguments.file), Path(arguments.out))
     with progress.stage("looking for projects"):
         found = find_projects(Path(arguments.file), task.kind, task.done)
@@ -86,7 +89,9 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
         kept.remove()
     progress.say(f"{task.made}: {Path(arguments.out) / f'{task.made}.csv'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
-    return INTERNAL if any(item.crash for item in failed) else 2 if failed or refused else 0
+    if failed:
+        return INTERNAL if any(item.crash for item in failed) else MISTAKE
+    return CANNOT_BE_HAD if refused else 0
 
 
 def _require_outside(folder: Path, out: Path) -> None:

@@ -29,7 +29,7 @@ from synth.parts.part_candidates import (
 )
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import about, decisive, noted
-from synth.spring.bought_spring import PassedLimit, check_bought, opened_too_far, passed_limits
+from synth.spring.bought_spring import PassedLimit, check_bought, opened_too_far, passed_limits, unknown_yield
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
@@ -72,7 +72,8 @@ class SpringOption:
     comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
     number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
     ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
-    ``passed``: of a bought spring, its limits that the joint's travel passes; ``loose``: how to measure one of it, once
+    ``passed``: of a bought spring, its limits that the joint's travel passes; ``unchecked``: why it is not known where
+    it yields; ``loose``: how to measure one of it, once
     its joint is drawn; ``mirror``: of two, the part of the other hand, None if no catalogue has it.
     """
 
@@ -91,6 +92,7 @@ class SpringOption:
     turned_to_hold: bool = False
     asked: float = 0.0
     passed: tuple[PassedLimit, ...] = ()
+    unchecked: str = ""
     loose: LooseTest | None = None
     mirror: TorsionSpringRow | None = None
 
@@ -305,6 +307,7 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         closes=1 if travel.turned_round else -1,
         asked=asked,
         passed=(*passed, *([] if opened is None else [opened])),
+        unchecked="" if check is not None else unknown_yield(row, source.catalogue),
         mirror=mirror_of(row, source.catalogue.springs, source.parts) if count == 2 else None,
     )
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.design.choose_springs import SpringOption
+from synth.design.drawn_remedies import remedy_of
 from synth.design.drawn_travel import well_seated
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
@@ -40,7 +41,6 @@ SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
 HALVINGS = 60  # bisection steps of a bracket of a factor of four: to machine precision
 SEAT_TRAVEL = 13.0  # deg, either way; default of ``cad``
 LEAST_LEFT = radians(0.1)  # remaining error of a free angle that gives a warning: the resolution of an encoder
-REMEDY = "Ask for somewhat more (travel, cycles) or less (max_body_length, max_outer_diameter) than you need."
 LEAST_PLAY = radians(0.01)  # a smaller backlash is rounding of the meshes
 
 
@@ -90,13 +90,16 @@ def _worse_as_drawn(design: LegDesign) -> list[str]:
             continue
         known = {each.limit for item in searched.nearest for each in item.design.violations}
         known = known if searched.best is None else set()
-        texts = [each.text for each in made.violations if each.limit not in known]
+        broken = [each for each in made.violations if each.limit not in known]
+        texts, limits = [each.text for each in broken], [each.limit for each in broken]
         lasted = searched.best is not None and lasts(searched.best, searched.wish.limits)
         if lasted and not lasts(made, searched.wish.limits) and searched.wish.limits.cycles is None:
             assert made.life is not None
             texts.append(f"strength over stress for {DESIGN_LIFE:.0f} full turns {made.life.factor(DESIGN_LIFE):.3f}")
+            limits.append("fatigue")
         if texts:
-            found.append(decisive(f"{name}: the spring to wind, as its joint holds it, has {'; '.join(texts)}", REMEDY))
+            remedy = remedy_of(name, limits, searched.wish.limits, design.project.cad)
+            found.append(decisive(f"{name}: the spring to wind, as its joint holds it, has {'; '.join(texts)}", remedy))
     return found
 
 

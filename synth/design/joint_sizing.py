@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import ceil, degrees, pi, remainder
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,8 @@ from synth.swing.mechanics import rest_pose
 if TYPE_CHECKING:
     from synth.cad import JointDimensions, PrintDimensions
 
+CIRCLE_STEPS = 10.0  # a mm, to which the least circle of screws is rounded up: it is what a message asks for
+
 
 def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None) -> Solids:
     """Dimensions of the built leg's joints, drawn in the rest pose.
@@ -36,9 +38,11 @@ def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None)
     Raises
     ------
     cad.DimensionError
-        if a joint cannot be drawn, for the first such joint.
+        if a joint cannot be drawn, for the first such joint. Of circles of screws that are too small it names the least
+        possible of each joint, after the links that are too short even with these.
     """
     from synth import cad
+    from synth.cad.leg_joints import link_problems
 
     notes: list[str] = []
     options = design.project.cad
@@ -51,26 +55,64 @@ def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None)
     )
     pose = np.degrees(design.built.to_measured(rest_pose(design.built)))
     fastest = fastest_rates(design.built_motions, [release.time for release in design.wanted.releases])
-    joints = []
+    joints, narrow = list[Any](), list[Any]()
     for j in range(len(design.built.joints)):
         arm = None if arms is None else arms[j]
-        dimensions = _joint(design, j, (float(pose[j]), float(fastest[j])), arm, notes)
-        joints.append(_borne(design, dimensions, printing, notes))
-    return Solids(
-        cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=degrees(design.built.tilt), printing=printing),
-        tuple(notes),
-    )
+
+        def drawn(circle: float | None, j: int = j, arm: float | None = arm) -> JointDimensions:
+            asked = _joint(design, j, (float(pose[j]), float(fastest[j])), (arm, circle), notes)
+            return _borne(design, asked, printing, notes)
+
+        joint, problem = with_least_circle(drawn)
+        joints.append(joint)
+        narrow += [] if problem is None else [problem]
+    tilt = degrees(design.built.tilt)
+    leg = cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=tilt, printing=printing)
+    if narrow:
+        raise cad.DimensionError([*link_problems(leg), *narrow])
+    return Solids(leg, tuple(notes))
+
+
+def with_least_circle(drawn: Callable[[float | None], JointDimensions]) -> tuple[JointDimensions, Any]:
+    """The joint, and the problem of its damper's circle of screws with the least that is possible; None if it fits.
+
+    Which limit of the circle is the largest shows only in the drawing that the smaller ones allow.
+
+    Raises
+    ------
+    cad.DimensionError : anything else does not fit, or no larger circle does.
+    """
+    from synth import cad
+
+    circle, first = None, None
+    while True:
+        try:
+            joint = drawn(circle)
+        except cad.DimensionError as error:
+            (problem, *others) = error.problems
+            if others or problem.least is None or not problem.dimension.endswith(".damper.bolt_circle"):
+                raise
+            if circle is not None and problem.least <= circle:
+                raise
+            first = replace(problem, value=(first or problem).value)
+            circle = ceil(problem.least * CIRCLE_STEPS - 1e-6) / CIRCLE_STEPS
+        else:
+            return joint, None if first is None else replace(first, allowed=f"at least {circle:g} mm")
 
 
 def _joint(
-    design: LegDesign, j: int, moves: tuple[float, float], arm: float | None, notes: list[str]
+    design: LegDesign, j: int, moves: tuple[float, float], given: tuple[float | None, float | None], notes: list[str]
 ) -> JointDimensions:
-    """One joint before it is sized; ``moves``: its rest angle, deg, and its fastest rate, rad/s."""
+    """One joint before it is sized.
+
+    ``moves``: its rest angle, deg, and its fastest rate, rad/s. ``given``: the spring's free arm and the circle of the
+    damper's screws, mm; None: as short as the joint allows, and the damper's own.
+    """
     from synth import cad
 
     joint, options = design.built.joints[j], design.project.cad
     assert joint.spring is not None
-    rest, fastest = moves
+    (rest, fastest), (arm, circle) = moves, given
     yields = yields_of(design, j)
     moved = drawn_range(design, j, rest)
     travel, stops = stops_of(design, j, moved, yields, notes)
@@ -81,6 +123,7 @@ def _joint(
     notes += turned_sentences(design, j)
     option = design.springs.chosen[j]
     notes += hand_notes(joint.name, option)
+    damper = damper_of(design, j, options.shaft_diameter * 1e3, notes)
     dimensions = cad.JointDimensions(
         name=joint.name,
         spring=replace(_spring(design, j, notes), free_arm=arm),
@@ -91,7 +134,7 @@ def _joint(
         yields=yields,
         zero_angle=degrees(joint.zero),
         sign=joint.sign,
-        damper=damper_of(design, j, options.shaft_diameter * 1e3, notes),
+        damper=damper if circle is None else replace(damper, bolt_circle=circle),
         link_length=joint.link.length * 1e3,
         shaft_diameter=options.shaft_diameter * 1e3,
         clearance=options.clearance * 1e3,

@@ -171,7 +171,7 @@ def design_for(
     ------
     UserError : constraints that no part meets, or a fit that fails.
     """
-    options, motion, laws = fit_options(project), known.motion, known.laws
+    options, motion, laws = replace(fit_options(project), wanted=True), known.motion, known.laws
     into = target_of(target)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):

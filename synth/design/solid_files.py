@@ -13,7 +13,7 @@ from synth.cad.by_torques import BY_TORQUES
 from synth.design.drawing_refusals import not_drawable
 from synth.design.free_angle_reach import WRITE_IT, out_of_reach
 from synth.design.measured_forecast import measured_free_angles
-from synth.errors import Problem, UserError
+from synth.errors import CannotBeHad, Problem
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
 from synth.remarks import decisive
@@ -139,12 +139,12 @@ def not_weighed(design: LegDesign) -> LegDesign:
 
 
 def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
-    """Raise UserError with every failed check if nothing was exported for that reason."""
+    """Raise CannotBeHad with every failed check if nothing was exported for that reason."""
     failed = [check for check in solids["checks"] if not check["passed"]]
     if not failed:
         return
     text = f"the joints are not exported, {len(failed)} of {len(solids['checks'])} checks failed; pictures in {report}"
-    raise UserError([Problem(text, str(project), key="cad"), *(Problem(c["text"], key="cad") for c in failed)])
+    raise CannotBeHad([Problem(text, str(project), key="cad"), *(Problem(c["text"], key="cad") for c in failed)])
 
 
 def _draw_solids(

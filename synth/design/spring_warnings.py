@@ -53,9 +53,7 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
     if opened is not None and all(each.reason != opened.reason for each in option.passed):
         warnings.append(decisive(f"{joint}: {option.part} {opened.text}", BEAR_IT))
     if option.row is not None and option.check is None:
-        warnings.append(
-            f"{joint}: the catalogue has too few data of {option.part} to compute the angle at which it yields"
-        )
+        warnings.append(f"{joint}: it is not known where {option.part} yields: {option.unchecked}")
     return [*warnings, *hand_warnings(joint, option)]
 
 

@@ -24,7 +24,8 @@ class LegFitOptions:
     uncertainty of the leg file's links, included in the intervals; None: the links are known exactly. ``release``:
     ``free``: a driven beginning is detected and cut (``free_motion_start``); ``recorded``: all samples are free motion.
     ``laws``: ``auto``: dry friction, quadratic damping or a cubic spring torque is added where it explains what springs
-    and linear dampers do not (``another_law``); ``linear``: never.
+    and linear dampers do not (``another_law``); ``linear``: never. ``wanted``: the recordings are another leg's motion
+    that this leg is to follow, so that what is left of them says nothing about the recordings.
     """
 
     free_angle: str = "auto"
@@ -38,3 +39,4 @@ class LegFitOptions:
     tolerance: Tolerance | None = None
     release: str = "recorded"
     laws: str = "linear"
+    wanted: bool = False

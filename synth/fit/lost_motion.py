@@ -34,11 +34,13 @@ def sentences_on_trials(
     trials: Sequence[TrialFit],
     chosen: Solution,
     judged: Sequence[int],
+    follower: str = "",
 ) -> list[str]:
     """Sentences on trials that are lost, differ from the others, or start elsewhere.
 
     ``leg`` : the fitted one. ``chosen`` : the solution that ``trials`` are of. ``judged`` : joints whose free angles,
-    one in each trial, are compared; not in trials where they are locked.
+    one in each trial, are compared; not in trials where they are locked. ``follower`` : of a wanted motion, the leg in
+    words: its trials are right, however little the leg follows them.
     """
     lost = lost_sensitive(model, recordings, chosen)
     kept = [trial for t, trial in enumerate(trials) if t not in lost]
@@ -47,11 +49,9 @@ def sentences_on_trials(
     for t, trial in enumerate(kept):
         own = [j for j in judged if np.isfinite(trial.rms[j])]
         free[t, own] = trial.free_angle[own]
-    return [
-        *_lost_sentences(leg, trials, lost),
-        *odd_trials([t.name for t in kept], leg.joint_names, rms, free),
-        *away_from_their_starts(leg, kept, recordings[0].unit),
-    ]
+    odd = [] if follower else odd_trials([t.name for t in kept], leg.joint_names, rms, free)
+    away = away_from_their_starts(leg, kept, recordings[0].unit, follower)
+    return [*_lost_sentences(leg, trials, lost), *odd, *away]
 
 
 def lost_trials(recordings: Sequence[Recording], predictions: Sequence[Array]) -> list[int]:

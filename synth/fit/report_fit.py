@@ -20,6 +20,7 @@ from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
+from synth.fit.misfits import follower, misfits
 from synth.fit.model_error import ModelError
 from synth.fit.none_rates import NoneRates, none_rates
 from synth.fit.point_check import LeftOutPoint
@@ -36,10 +37,8 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import Remark, at_joint, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
-from synth.units import significant
 
 MISPLACED_POINT = 3.0  # standard deviations from which a static point is reported
-LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 
 
 @dataclass(frozen=True)
@@ -130,8 +129,8 @@ def result_of(
         warnings=(
             *_first_sentences(fitted, leg, recordings),
             *lost,
-            *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
-            *sentences_on_trials(model, recordings, made, trials, chosen, own_angles),
+            *([] if fitted.searched else misfits(rms[mode], clipped, noise, options)),
+            *sentences_on_trials(model, recordings, made, trials, chosen, own_angles, follower(options)),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
         at_bound=tuple(edges),
@@ -238,22 +237,6 @@ def _mass_scale(unknowns: SpringsAndDampers, recordings: Sequence[Recording]) ->
     weighed = any(balance.weighed for balance in unknowns.balances)
     scale = mass_scale_sentence(unknowns.leg, recordings, weighed=weighed)
     return [scale] if scale else []
-
-
-def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
-    """Sentences on joints whose motion the model does not explain; plain and truncated RMS and samples' scatter in rad.
-
-    The truncated RMS decides, so that a glitch alone does not count.
-    """
-    return [
-        at_joint(
-            name,
-            f"the residual is {significant(np.degrees(left), 2)} deg, the samples' scatter only "
-            f"{significant(np.degrees(scatter[name]), 2)} deg: the model lacks an effect at this joint or next to it",
-        )
-        for name, left in rms.items()
-        if clipped[name] > MISFIT * scatter[name] and clipped[name] > LEAST_MISFIT
-    ]
 
 
 def _static(unknowns: SpringsAndDampers, fitted: FittedTreatments) -> tuple[JudgedPoint, ...]:

@@ -14,6 +14,7 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
 from synth.fit.uncertainty import residuals
 from synth.motion.first_state import FirstState
+from synth.remarks import noted
 from synth.sampling import usual_step
 from synth.swing.driving_inputs import driven_by, is_driven
 from synth.swing.leg_model import Leg, Spring
@@ -113,10 +114,10 @@ def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:
     return StartFit(if_free(leg.to_measured(local.rotation)), if_free(leg.sign * local.rate), recorded)
 
 
-def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1.0) -> list[str]:
+def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1.0, follower: str = "") -> list[str]:
     """A sentence on trials whose fitted motion starts away from their first samples.
 
-    ``leg`` : the fitted one; ``unit`` : s, of the recordings.
+    ``leg`` : the fitted one; ``unit`` : s, of the recordings; ``follower`` : of a wanted motion, the leg in words.
     """
     away, names = [], leg.joint_names
     damping = np.array([(joint.damper.rate or 0.0) if joint.damper is not None else 0.0 for joint in leg.joints])
@@ -136,10 +137,15 @@ def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1
         return []
     _, trial, j = max(away, key=lambda item: item[0])
     start, count = trial.start, len({item[1].name for item in away})
+    fitted, recorded = (
+        f"{np.degrees(each.angle[j]):.1f} deg and {np.degrees(each.rate[j]):.0f} deg/s"
+        for each in (start, start.recorded)
+    )
+    if follower:
+        text = f"{follower} goes on most alike in {count} of {len(trials)} trials if it does not start alike"
+        return [noted(f"release: {text}. Most so in {trial.name}, {names[j]}: {fitted}, wanted {recorded}")]
     return [
         f"release: in {count} of {len(trials)} trials the fitted motion does not start at the first samples. "
-        f"Most so in {trial.name}, {names[j]}: fitted {np.degrees(start.angle[j]):.1f} deg and "
-        f"{np.degrees(start.rate[j]):.0f} deg/s, recorded {np.degrees(start.recorded.angle[j]):.1f} deg and "
-        f"{np.degrees(start.recorded.rate[j]):.0f} deg/s. Something outside the model acts there, such as a hand, a "
-        "muscle or a latch. Use a later start, or cut the recording with synth import"
+        f"Most so in {trial.name}, {names[j]}: fitted {fitted}, recorded {recorded}. Something outside the model acts "
+        "there, such as a hand, a muscle or a latch. Use a later start, or cut the recording with synth import"
     ]

@@ -16,6 +16,7 @@ from synth.parts.price import currency_code, price
 from synth.units import factor, header
 
 TITLES = ("part", "vendor", "material")  # columns that lists of parts and pages show
+ROUNDING = 1e-9  # relative, of converted units
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -77,9 +78,12 @@ def require_allowed(value: float, text: str, rules: Mapping[str, Any]) -> float:
         raise ValueError(f'"{text}" is too large a number')
     if not rules["signed"] and (value < 0.0 or (value == 0.0 and not rules["zero"])):
         raise ValueError(f'"{text}" must be {"at least" if rules["zero"] else "above"} 0')
-    if value > rules["most"] * (1.0 + 1e-9):  # 1e-9: rounding of converted units
-        most = rules["most"] / (1.0 if rules["unit"] == rules["shown"] else factor(rules["shown"], rules["unit"]))
-        raise ValueError(f'"{text}" must be at most {most:.6g} {rules["shown"]}')
+    least, most = rules["least"] * (1.0 - ROUNDING), rules["most"] * (1.0 + ROUNDING)
+    if not least <= value <= most:
+        scale = 1.0 if rules["unit"] == rules["shown"] else factor(rules["shown"], rules["unit"])
+        words, bound = ("at least", rules["least"]) if value < least else ("at most", rules["most"])
+        given = "" if rules["least"] == -math.inf else f" ({value / scale:.4g} {rules['shown']})"
+        raise ValueError(f'"{text}"{given} must be {words} {bound / scale:.6g} {rules["shown"]}')
     return value
 
 

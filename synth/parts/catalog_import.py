@@ -2,11 +2,12 @@
 
 A column is identified by its header (``headers``) or by the user's mapping (``THEIRS=OURS``, ``THEIRS=OURS [unit]``).
 Its unit is in the header, in the mapping, or in each cell (``0.08 in``, ``2 mm``); inch and metric may be mixed.
-Unknown columns are left out and reported.
+Unknown columns are left out and reported. Semicolons or tabs may separate the columns; decimals may then take a comma.
 """
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, replace
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
-from synth.files.csv_rows import csv_rows
+from synth.files.csv_rows import csv_rows, refuse_no_text, separator_of
 from synth.files.names import NAME_LENGTH, title_fault
 from synth.files.paths import read_bytes
 from synth.files.validate import near
@@ -26,6 +27,7 @@ from synth.parts.rows import FAMILIES
 from synth.units import factor, parse
 from synth.units_spelling import plain_signs, read_number
 
+_DECIMAL_COMMA = re.compile(r"^(\s*[^\d,.]{0,3}\d+),(\d+)(?![\d,.])")  # 3,2 and 0,08 in and $ 12,50
 IMPORTED = ("torsion_springs", "dampers")  # families whose tables vendors sell from
 
 
@@ -88,14 +90,18 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     if vendor is not None and (fault := title_fault(vendor)) is not None:
         raise UserError(Problem(f'"{vendor}" {fault}', key="--vendor"))
     data = read_bytes(path, MAX_BYTES, "no vendor's table is so large")
-    lines = [(line, cells) for line, cells in csv_rows(data, name) if any(cell.strip() for cell in cells)]
+    refuse_no_text(data, name)
+    separator = separator_of(data.decode("utf-8-sig").lstrip().partition("\n")[0])
+    found = csv_rows(data, name, separator=separator)
+    lines = [(line, cells) for line, cells in found if any(cell.strip() for cell in cells)]
     if len(lines) < 2:
         raise UserError(Problem("contains no rows; the first line must have the headers", name))
     titles = [title.strip() for title in lines[0][1]]
     family, columns, unused = _match_family(titles, mapping, name)
     if vendor is None and not any(column.field.name == "vendor" for column in columns):
         raise UserError(Problem("no column names the vendor; give it with --vendor NAME", name, line=1))
-    rows = _rows(lines[1:], columns, len(titles), name, vendor or "")
+    pointed = [(line, _pointed_cells(cells, columns, separator)) for line, cells in lines[1:]]
+    rows = _rows(pointed, columns, len(titles), name, vendor or "")
     header = tuple(column.header for column in columns)
     header = header if "vendor" in header else (*header, "vendor")
     files = defaultdict[str, list[_SheetRow]](list)
@@ -109,6 +115,18 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
         tuple((column.title, column.header) for column in columns),
         tuple(unused),
     )
+
+
+def _pointed_cells(cells: list[str], columns: Sequence[_SheetColumn], separator: str) -> list[str]:
+    """The cells of a line with points for the decimals of its numbers and prices; words keep their commas."""
+    if separator == ",":
+        return cells
+    numbers = {column.index for column in columns if _is_number(column.field)}
+    return [_DECIMAL_COMMA.sub(r"\1.\2", cell) if k in numbers else cell for k, cell in enumerate(cells)]
+
+
+def _is_number(item: Field[Any]) -> bool:
+    return item.metadata["unit"] is not None or bool(item.metadata.get("currency"))
 
 
 @dataclass(frozen=True)
@@ -135,7 +153,7 @@ def _rows(
     for line, cells in lines:
         if len(cells) != width:  # they may be shifted, also by one that is empty
             text = f"has {len(cells)} cells where the header has {width}; decimals take a point, and a cell with a "
-            made, bad = [], [Problem(text + "comma stands in quotes", name, line)]
+            made, bad = [], [Problem(text + "comma (or what separates) stands in quotes", name, line)]
         else:
             made, bad = _convert_cells(cells, columns, name, line)
         problems += bad

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TypeVar
 
 from synth.errors import Problem, UserError, did_you_mean
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
 from synth.parts.catalogue_row import CatalogueRow
+from synth.parts.material_names import KnownMaterials
 from synth.parts.row_check import complete_row, completed_damper, contradictions, curve_problems, judge_row
 from synth.parts.rows import FAMILIES, CurvePointRow, DamperRow, GearMotorRow, MaterialRow, TorsionSpringRow, WireRow
 from synth.parts.usable import usable_damper, usable_spring
-from synth.parts.wire import ALIASES, WireMaterial, wire_material
+from synth.parts.wire import WireMaterial
 from synth.units import factor
 
 R = TypeVar("R", bound=CatalogueRow)
@@ -68,31 +69,19 @@ class Catalogue:
         return _find(self.motors, part, "gear motor")
 
     def find_material(self, name: str) -> WireMaterial:
-        """A wire material by its name or an alias (``music``, ``A228``); UserError with similar names."""
-        if name not in self._found:
-            self._found[name] = self._material(name)
-        return self._found[name]
-
-    @cached_property
-    def _found(self) -> dict[str, WireMaterial]:
-        """Wire materials by requested name; each stores the properties of its sizes."""
-        return {}
-
-    def _material(self, name: str) -> WireMaterial:
-        wanted = name.strip().casefold()
-        names = sorted({row.material for row in self.materials})
-        aliases = {alias.casefold(): target for alias, target in ALIASES.items()}
-        target = aliases.get(wanted) or next((known for known in names if known.casefold() == wanted), None)
-        material = wire_material(target, self.materials, self.wires) if target else None
+        """A wire material by its name or a usual spelling (``music``, ``ASTM A228``); UserError with similar names."""
+        known = self.known_materials
+        material = known.material(name)
         if material is None:
             raise UserError(
-                f'no wire material "{name}"{_spellings(name, [*names, *ALIASES])}; known materials: {", ".join(names)}'
+                f'no wire material "{name}"{known.similar(name)}; known materials: {", ".join(known.names)}'
             )
         return material
 
-    def elastic_modulus(self, material: str, diameter: float) -> float | None:
-        """Young's modulus of wire, Pa; None for an unknown material."""
-        return _modulus(ALIASES.get(material, material), diameter, self.materials)
+    @cached_property
+    def known_materials(self) -> KnownMaterials:
+        """The wire materials, by any of their spellings."""
+        return KnownMaterials(self.materials, self.wires)
 
     def rows(self, family: str) -> tuple[CatalogueRow, ...]:
         """All rows of a family; UserError with similar names for an unknown one."""
@@ -148,16 +137,15 @@ def check_catalogue(paths: Sequence[Path] = ()) -> list[Problem]:
     rows, problems = _read_all(paths)
     catalogue, joining = _join(rows)
     names = {str(path) for path in paths}
-    known = {row.material for row in catalogue.materials} | set(ALIASES)
+    known = catalogue.known_materials
     for family in FAMILIES:
         for row in catalogue.rows(family):
             if names and row.file not in names:
                 continue
-            for text in contradictions(row, catalogue.elastic_modulus):
+            for text in contradictions(row, known):
                 problems.append(Problem(text, file=row.file, line=row.line, key=getattr(row, "part", None) or None))
             material = getattr(row, "material", "")
-            if material and material not in known:
-                text = f'"{material}" is not a known wire material{_spellings(material, sorted(known))}'
+            if material and (text := known.fault(material)):
                 problems.append(Problem(text, file=row.file, line=row.line, key="material"))
     return [*problems, *joining]
 
@@ -187,15 +175,14 @@ def _read_all(extra: Sequence[Path]) -> tuple[list[CatalogueRow], list[Problem]]
 def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
     """Combine the rows of all files: replaced parts, curves with their dampers, statuses."""
     rows = list(rows)
-    materials = _rows_of_type(rows, MaterialRow)
     problems: list[Problem] = []
-
-    @cache
-    def modulus_of(material: str, diameter: float) -> float | None:
-        return _modulus(ALIASES.get(material, material), diameter, materials)
+    none = KnownMaterials(())  # rows of wire and materials are judged by themselves
+    materials = tuple(judge_row(row, none) for row in _rows_of_type(rows, MaterialRow))
+    wires = tuple(judge_row(row, none) for row in _rows_of_type(rows, WireRow))
+    known = KnownMaterials(materials, wires)
 
     def finished(kept: Sequence[R]) -> tuple[R, ...]:
-        return tuple(judge_row(row, modulus_of) for row in kept)
+        return tuple(judge_row(row, known) for row in kept)
 
     springs = _latest([complete_row(row) for row in _rows_of_type(rows, TorsionSpringRow)], problems)
     dampers = _latest([completed_damper(row) for row in _rows_of_type(rows, DamperRow)], problems)
@@ -203,10 +190,10 @@ def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
     motors = finished(_latest(_rows_of_type(rows, GearMotorRow), problems))
     with_curves = _with_curves(dampers, curves, problems)
     catalogue = Catalogue(
-        tuple(usable_spring(row, modulus_of) for row in finished(springs)),
-        tuple(usable_damper(row, modulus_of) for row in finished(with_curves)),
-        finished(_rows_of_type(rows, WireRow)),
-        finished(materials),
+        tuple(usable_spring(row, known) for row in finished(springs)),
+        tuple(usable_damper(row, known) for row in finished(with_curves)),
+        wires,
+        materials,
         curves,
         motors,
     )
@@ -256,11 +243,6 @@ def _with_curves(
         torques = tuple(point.torque for point in own if point.torque is not None)
         joined.append(replace(damper, curve_speed=speeds, curve_torque=torques))
     return joined
-
-
-def _modulus(material: str, diameter: float, materials: Sequence[MaterialRow]) -> float | None:
-    records = tuple(row for row in materials if row.material == material)
-    return WireMaterial(material, records, (), ()).elastic_modulus(diameter) if records else None
 
 
 def _find(rows: Sequence[P], part: str, kind: str) -> P:

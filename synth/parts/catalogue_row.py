@@ -21,10 +21,22 @@ def declared_state(status: str) -> State:
 
 
 def quantity_column(
-    unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False, most: float = math.inf
+    unit: str,
+    shown: str,
+    *,
+    key: bool = False,
+    zero: bool = False,
+    signed: bool = False,
+    least: float = -math.inf,
+    most: float = math.inf,
 ) -> Any:
-    """A column; ``shown``: display unit; ``zero``, ``signed``: values <= 0 are allowed; ``most``: largest, ``unit``."""
-    rules = {"unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed, "most": most}
+    """A column; ``shown``: display unit; ``zero``, ``signed``: values <= 0 are allowed.
+
+    ``least`` and ``most``: the smallest and the largest value, in ``unit``.
+    """
+    rules = {
+        "unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed, "least": least, "most": most,
+    }  # fmt: skip
     return field(default=None, metadata=rules)
 
 

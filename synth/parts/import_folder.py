@@ -14,18 +14,21 @@ from synth.files.output import write_csv
 from synth.parts.catalog_import import ImportedParts
 from synth.parts.catalog_table import read_table
 from synth.parts.catalogs import Catalogue
+from synth.parts.catalogue_row import CatalogueRow
 
 
 @dataclass(frozen=True)
 class PlacedParts:
     """Written files, number of rows in them and of those that can be chosen.
 
-    ``gone`` : by file, the parts of its earlier import that are not in this table.
+    ``left`` : part and status of each row that cannot; ``gone`` : by file, the parts of its earlier import that are not
+    in this table.
     """
 
     files: tuple[Path, ...]
     rows: int
     choosable: int
+    left: tuple[tuple[str, str], ...]
     gone: Mapping[str, tuple[str, ...]]
 
 
@@ -40,7 +43,7 @@ def place_parts(table: ImportedParts, source: Path, folder: Path) -> PlacedParts
         The table makes no catalogue, or a file that it would replace was changed since its import, was not imported,
         or holds parts of another kind or vendor. The folder is then as before.
     """
-    contents, rows, choosable = _check_table(table, source)
+    contents, read = _check_table(table, source)
     problems, gone = [], {}
     for each in standing_files(folder, contents):
         path = folder / each.name
@@ -51,11 +54,13 @@ def place_parts(table: ImportedParts, source: Path, folder: Path) -> PlacedParts
         raise UserError(problems)
     add_files(folder, contents)
     files = tuple(folder / name for name in contents)
-    return PlacedParts(files, rows, choosable, {name: parts for name, parts in gone.items() if parts})
+    left = tuple((str(getattr(row, "part", "")), row.status) for row in read if not row.choosable)
+    gone = {name: parts for name, parts in gone.items() if parts}
+    return PlacedParts(files, len(read), len(read) - len(left), left, gone)
 
 
-def _check_table(table: ImportedParts, source: Path) -> tuple[dict[str, bytes], int, int]:
-    """Content of each file, number of rows and of those that can be chosen; UserError if they cannot be loaded."""
+def _check_table(table: ImportedParts, source: Path) -> tuple[dict[str, bytes], list[CatalogueRow]]:
+    """Content of each file, and its rows with their states; UserError if they cannot be loaded."""
     with tempfile.TemporaryDirectory(prefix="synth-import-") as made:
         paths = [Path(made) / name for name in table.rows]
         for path in paths:
@@ -65,8 +70,7 @@ def _check_table(table: ImportedParts, source: Path) -> tuple[dict[str, bytes], 
         except UserError as error:
             raise UserError([_in_source(each, table, source) for each in error.problems]) from None
         names = {str(path) for path in paths}
-        mine = [row for row in read if row.file in names]
-        return {path.name: path.read_bytes() for path in paths}, len(mine), sum(row.choosable for row in mine)
+        return {path.name: path.read_bytes() for path in paths}, [row for row in read if row.file in names]
 
 
 def _in_source(problem: Problem, table: ImportedParts, source: Path) -> Problem:

@@ -13,6 +13,7 @@ from synth.files.project_options import DamperBounds, DamperChoice, PartsOptions
 from synth.files.spring_words import OTHER_HAND
 from synth.parts.catalogs import Catalogue
 from synth.parts.catalogue_row import CatalogueRow
+from synth.parts.material_names import same_material
 from synth.parts.rows import DamperRow, TorsionSpringRow
 
 RowType = TypeVar("RowType", bound=CatalogueRow)
@@ -132,7 +133,9 @@ def mirror_of(
 
 def _same_coil(one: TorsionSpringRow, other: TorsionSpringRow) -> bool:
     """Whether two springs have the same wire, coil, included angle and rate; legs are cut to length."""
-    if one.material != other.material or (one.leg_convention or "tangent") != (other.leg_convention or "tangent"):
+    if not same_material(one.material, other.material) or (one.leg_convention or "tangent") != (
+        other.leg_convention or "tangent"
+    ):
         return False
     lengths = [(one.body_length, other.body_length)]
     sizes = [(getattr(one, name), getattr(other, name)) for name in ("wire_diameter", "outer_diameter", "body_coils")]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import TypeVar
@@ -11,6 +10,7 @@ from typing import TypeVar
 from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
 from synth.parts.coil_rate import rate
+from synth.parts.material_names import KnownMaterials
 from synth.parts.rows import RPM, CurvePointRow, DamperRow, GearMotorRow, MaterialRow, TorsionSpringRow, WireRow
 
 DISAGREEMENT = 0.25  # published values this far apart contradict each other: vendors' tolerance is 10 %
@@ -22,8 +22,6 @@ ROUNDING = 1e-6  # relative, of converted units
 NO_TRAVEL = "no travel"
 
 R = TypeVar("R", bound=CatalogueRow)
-ModulusOf = Callable[[str, float], float | None]
-"""Material name and wire diameter in m to Young's modulus in Pa, None if unknown."""
 
 
 def complete_row(row: TorsionSpringRow) -> TorsionSpringRow:
@@ -41,10 +39,13 @@ def completed_damper(row: DamperRow) -> DamperRow:
     return replace(row, speed=row.max_speed) if row.speed is None and row.max_speed is not None else row
 
 
-def missing_values(row: CatalogueRow) -> list[str]:
-    """The missing values of a row, in words."""
+def missing_values(row: CatalogueRow, materials: KnownMaterials) -> list[str]:
+    """The missing values of a row, in words; a material of unknown strength is one of them."""
     needed = getattr(row, "needed", ())
     lacking = [f"no {name.replace('_', ' ')}" for name in needed if getattr(row, name) in (None, "")]
+    if isinstance(row, TorsionSpringRow) and row.material:
+        unknown = materials.unknown_strength(row.material, row.wire_diameter)
+        lacking += [unknown] if unknown else []
     if isinstance(row, TorsionSpringRow) and row.part.startswith("("):
         lacking.append("no part number")
     if isinstance(row, DamperRow):
@@ -55,10 +56,10 @@ def missing_values(row: CatalogueRow) -> list[str]:
     return lacking
 
 
-def contradictions(row: CatalogueRow, modulus_of: ModulusOf) -> list[str]:
+def contradictions(row: CatalogueRow, materials: KnownMaterials) -> list[str]:
     """Contradicting published values of a row, in words with the numbers."""
     if isinstance(row, TorsionSpringRow):
-        return [*_rate(row, modulus_of), *_angle(row), *_spring_sizes(row)]
+        return [*_rate(row, materials), *_angle(row), *_spring_sizes(row)]
     found: list[str] = []
     if isinstance(row, DamperRow):
         found += [*_damper_limits(row), *_damper_sizes(row)]
@@ -117,23 +118,23 @@ def _motor(row: GearMotorRow) -> list[str]:
     return [f"stall torque and current with the no-load speed give a gear efficiency of {gain:.3g}"]
 
 
-def judge_row(row: R, modulus_of: ModulusOf) -> R:
+def judge_row(row: R, materials: KnownMaterials) -> R:
     """The row with its state: a declared fault is kept; a declared ``complete`` is verified."""
     if not row.sound:
         return row
-    if found := contradictions(row, modulus_of):
+    if found := contradictions(row, materials):
         return row.judged("contradiction", found)
-    if lacking := missing_values(row):
+    if lacking := missing_values(row, materials):
         return row.judged("incomplete", lacking)
     return row.judged("complete")
 
 
-def geometric_rates(row: TorsionSpringRow, modulus_of: ModulusOf) -> tuple[float, float] | None:
+def geometric_rates(row: TorsionSpringRow, materials: KnownMaterials) -> tuple[float, float] | None:
     """Rate that the published geometry gives, N m/rad: bending form and friction form, without legs."""
     mean = row.mean_diameter
     if row.wire_diameter is None or mean is None or mean <= 0.0 or row.body_coils is None or not row.material:
         return None
-    modulus = modulus_of(row.material, row.wire_diameter)
+    modulus = materials.modulus(row.material, row.wire_diameter)
     if modulus is None:
         return None
     return (
@@ -142,9 +143,9 @@ def geometric_rates(row: TorsionSpringRow, modulus_of: ModulusOf) -> tuple[float
     )
 
 
-def _rate(row: TorsionSpringRow, modulus_of: ModulusOf) -> list[str]:
+def _rate(row: TorsionSpringRow, materials: KnownMaterials) -> list[str]:
     """A rate far from both forms of the geometry."""
-    computed = geometric_rates(row, modulus_of)
+    computed = geometric_rates(row, materials)
     if row.rate is None or computed is None or min(abs(value / row.rate - 1.0) for value in computed) <= DISAGREEMENT:
         return []
     bending, friction = computed

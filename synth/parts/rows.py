@@ -19,6 +19,11 @@ INTERPOLATED = "derived"  # the basis of a gear motor between found ones
 # Wire is drawn to steps of half a thousandth of an inch or of a hundredth of a millimetre.
 INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8
 
+# Pa, limits of what is read, against wrong units: spring wire has 0.7 GPa (phosphor bronze of 10 mm) to 3.3 GPa (music
+# wire of 0.1 mm), and the moduli in the catalogue are 38 to 214 GPa.
+WEAKEST, STRONGEST = 0.3e9, 5e9
+SOFTEST, STIFFEST = 5e9, 500e9
+
 
 @dataclass(frozen=True)
 class TorsionSpringRow(CatalogueRow):
@@ -210,8 +215,8 @@ class WireRow(CatalogueRow):
     gauge: str = text_column()
     diameter: float | None = quantity_column("m", "mm", key=True)
     nominal_size: float | None = quantity_column("m", "in")
-    min_tensile_strength: float | None = quantity_column("Pa", "MPa")
-    max_tensile_strength: float | None = quantity_column("Pa", "MPa")
+    min_tensile_strength: float | None = quantity_column("Pa", "MPa", least=WEAKEST, most=STRONGEST)
+    max_tensile_strength: float | None = quantity_column("Pa", "MPa", least=WEAKEST, most=STRONGEST)
     diameter_tolerance: float | None = quantity_column("m", "mm")
 
     needed: ClassVar[tuple[str, ...]] = ("series", "diameter")
@@ -228,13 +233,13 @@ class MaterialRow(CatalogueRow):
     record: str = text_column(key=True)
     min_diameter: float | None = quantity_column("m", "mm")
     max_diameter: float | None = quantity_column("m", "mm")
-    strength_at_1_mm: float | None = quantity_column("Pa", "MPa")
+    strength_at_1_mm: float | None = quantity_column("Pa", "MPa", least=WEAKEST, most=STRONGEST)
     strength_exponent: float | None = quantity_column("1", "1", zero=True)
-    log_law_strength_at_1_mm: float | None = quantity_column("Pa", "MPa")
+    log_law_strength_at_1_mm: float | None = quantity_column("Pa", "MPa", least=WEAKEST, most=STRONGEST)
     log_law_drop_per_decade: float | None = quantity_column("Pa", "MPa", zero=True)
-    strength_cap: float | None = quantity_column("Pa", "MPa")
-    elastic_modulus: float | None = quantity_column("Pa", "GPa")
-    shear_modulus: float | None = quantity_column("Pa", "GPa")
+    strength_cap: float | None = quantity_column("Pa", "MPa", least=WEAKEST, most=STRONGEST)
+    elastic_modulus: float | None = quantity_column("Pa", "GPa", least=SOFTEST, most=STIFFEST)
+    shear_modulus: float | None = quantity_column("Pa", "GPa", least=SOFTEST, most=STIFFEST)
     elastic_limit_tension_low: float | None = quantity_column("1", "%")
     elastic_limit_tension_high: float | None = quantity_column("1", "%")
     elastic_limit_torsion_low: float | None = quantity_column("1", "%")

@@ -15,8 +15,9 @@ from typing import TypeVar
 
 from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, coil_fraction, included_angle
 from synth.parts.damper_law import CONCAVE_EXPONENT
+from synth.parts.material_names import KnownMaterials
 from synth.parts.part_tolerance import TORQUE
-from synth.parts.row_check import NO_TRAVEL, ModulusOf, judge_row
+from synth.parts.row_check import NO_TRAVEL, judge_row
 from synth.parts.rows import RPM, DamperRow, TorsionSpringRow
 
 R = TypeVar("R", TorsionSpringRow, DamperRow)
@@ -30,7 +31,7 @@ VANE_SPEED = (5.0 * RPM, 50.0 * RPM)
 LEVELS = 1.3  # ratio of the torques of a range that are tried: half of it is within a damper's tolerance
 
 
-def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpringRow:
+def usable_spring(row: TorsionSpringRow, materials: KnownMaterials) -> TorsionSpringRow:
     """The spring with values to measure or order, or unchanged if more is missing."""
     if row.complete:
         return row
@@ -49,7 +50,7 @@ def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpring
         measure.append("coils")
     if row.hand == "":
         measure.append("hand")
-    if not derived or not judge_row(tried, modulus_of).complete:
+    if not derived or not judge_row(tried, materials).complete:
         return row
     return _usable(row, tried, derived, measure)
 
@@ -73,7 +74,7 @@ def _contradicted_coils(row: TorsionSpringRow) -> float | None:
     return round(coils) + coil_fraction(angle)
 
 
-def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
+def usable_damper(row: DamperRow, materials: KnownMaterials) -> DamperRow:
     """The damper with its torque to order and an assumed speed, or unchanged if more is missing."""
     if row.complete or row.max_torque is None or row.part.startswith("family:") or not row.part:
         return row
@@ -100,7 +101,7 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
         derived.append("travel unknown: ask the vendor")
         measure.append("travel")
         tried = replace(tried, travel=None)
-    if not derived or _lacks_values(tried, modulus_of):
+    if not derived or _lacks_values(tried, materials):
         return row
     return _usable(row, tried, derived, measure)
 
@@ -116,9 +117,9 @@ def offers(row: DamperRow) -> tuple[DamperRow, ...]:
     )  # fmt: skip
 
 
-def _lacks_values(row: DamperRow, modulus_of: ModulusOf) -> bool:
+def _lacks_values(row: DamperRow, materials: KnownMaterials) -> bool:
     """Whether more than the travel is missing."""
-    found = judge_row(row, modulus_of)
+    found = judge_row(row, materials)
     return not found.complete and found.reasons != (NO_TRAVEL,)
 
 

@@ -13,23 +13,6 @@ from synth.parts.rows import MaterialRow, WireRow
 WIRE_TOLERANCE = 0.005  # of the diameter, if no list states one: music wire has 0.3 to 1.2 %
 SAME_SIZE = 1e-3  # two diameters this near (relative) are equal: 0.1 % is a tenth of the tolerance
 
-# Common names -> the name in wire_materials.csv. 304 and 1.4310 have the modulus and strength of 302 (ASTM A313).
-ALIASES = {
-    "music": "music wire",
-    "piano wire": "music wire",
-    "music (piano) wire": "music wire",
-    "A228": "music wire",
-    "A227": "hard drawn",
-    "A229": "oil tempered",
-    "A232": "chrome vanadium",
-    "A401": "chrome silicon",
-    "stainless": "stainless 302",
-    "302 stainless": "stainless 302",
-    "stainless 304": "stainless 302",
-    "304 stainless": "stainless 302",
-    "stainless 1.4310": "stainless 302",
-}
-
 
 @dataclass(frozen=True)
 class Strength:
@@ -254,11 +237,9 @@ class WireMaterial:
         return tuple(chosen)
 
 
-def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[WireRow, ...]) -> WireMaterial | None:
-    """Collect the data of a material by its catalogue name; None if no row has it."""
+def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[WireRow, ...]) -> WireMaterial:
+    """Collect the data of a material by its catalogue name."""
     records = tuple(row for row in materials if row.material == name)
-    if not records:
-        return None
     strong = [row for row in wires if row.material == name and row.min_tensile_strength is not None and row.diameter]
     weakest: dict[float, WireRow] = {}
     for row in strong:

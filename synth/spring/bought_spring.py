@@ -52,7 +52,7 @@ def check_bought(
         material = catalogue.find_material(row.material)
         return check_spring(material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=stated)
     except UserError:
-        return None  # the strength of this wire is unknown; the design's warnings say that nothing was checked
+        return None  # the strength of this wire is unknown; the design's warnings say so, with ``unknown_yield``
 
 
 def travel_to_yield(row: TorsionSpringRow, catalogue: Catalogue) -> float | None:
@@ -65,6 +65,13 @@ def travel_to_yield(row: TorsionSpringRow, catalogue: Catalogue) -> float | None
         return None  # as in ``check_bought``
     limit = wire.static_limit * wire.strength.value
     return free_travel(limit, row.rate, row.wire_diameter, row.mean_diameter)
+
+
+def unknown_yield(row: TorsionSpringRow, catalogue: Catalogue) -> str:
+    """Why ``check_bought`` knows no angle at which a spring yields, in words; empty if it does."""
+    if not (row.material and row.wire_diameter and row.mean_diameter and row.body_coils):
+        return "the catalogue has too few data of it"
+    return catalogue.known_materials.unknown_strength(row.material, row.wire_diameter)
 
 
 def passed_limits(

@@ -14,6 +14,7 @@ import pytest
 from played_legs import play_errors
 from result_fields import require_explained
 from synth.cli import main
+from synth.files.output import MANIFEST
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
 Edit = Callable[[Path], None]
@@ -428,9 +429,15 @@ def test_a_failed_gate_writes_a_report_with_picture_and_no_parts(
     small = "cad: {bed: [90 mm, 90 mm, 15 mm]}\n"
     path = edited(elbow, tmp_path, lambda folder: _append(folder / "leg-design.yaml", small))
     out = tmp_path / "out"
-    assert main(["--quiet", "leg", str(path), "--out", str(out)]) == 2
+    (out / "parts").mkdir(parents=True)
+    (out / "parts" / "earlier.step").write_text("of another design")
+    (out / MANIFEST).write_text("parts/earlier.step\n")
+    assert (
+        main(["-q", "leg", str(path), "--out", str(out)]) == 1
+    )  # nothing is wrong with the input: so it cannot be had
     said = capsys.readouterr().err
     assert "the joints are not exported" in said
+    assert f"{out}: now holds this design, without parts; those of the earlier run are removed" in said
     assert "elbow_damper_bracket: print: bed" in said
     design = json.loads((out / "design.json").read_text())
     failed = [check for check in design["solids"]["checks"] if not check["passed"]]

@@ -15,6 +15,8 @@ from design.one_joint import designed
 from synth.api.designs import _with_told
 from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
+from synth.design.drawable_springs import arbor_of
+from synth.design.drawn_remedies import remedy_of
 from synth.design.drawn_springs import draw_up, seats_set
 from synth.design.drawn_travel import yields_of
 from synth.design.joint_sizing import dimensions_of
@@ -25,10 +27,11 @@ from synth.design.solid_files import joint_travel, not_weighed
 from synth.design.spring_entry import spring_entry
 from synth.design.spring_warnings import spring_warnings
 from synth.design.write_design import design_json
-from synth.files.project_options import MeasuredSpring, SpringChoice, ToleranceOptions
+from synth.files.project_options import CadOptions, MeasuredSpring, SpringChoice, ToleranceOptions
 from synth.parts.catalogs import Catalogue
-from synth.remarks import decisive, noted, severity_of
+from synth.remarks import Remark, decisive, noted, severity_of
 from synth.reports.sections.winding_plan import winding_of
+from synth.spring.spring_task import SpringLimits
 from synth.spring.stress import bending_stress
 from synth.spring.winding_sheet import request_lines, winding_sheet
 from synth.swing.leg_model import Damper, DamperCurve
@@ -268,6 +271,20 @@ def test_a_limit_that_only_the_drawn_spring_violates_is_a_warning(wound: LegDesi
     assert len(said) == 1
     assert re.match(r"knee: the spring to wind, as its joint holds it, has outer diameter [\d.]+ mm, allowed", said[0])
     assert severity_of(said[0]) == "decide"
+    assert isinstance(said[0], Remark)
+    assert said[0].remedy == "Ask for somewhat less max_outer_diameter than you need under select.joints.knee.spring."
+
+
+def test_the_remedy_of_a_coil_too_narrow_for_the_shaft_names_the_shaft() -> None:
+    """The remedy for all limits was more travel or cycles, or less length or diameter, which nobody had asked for."""
+    cad = CadOptions(shaft_diameter=8e-3, clearance=0.4e-3)
+    limits = SpringLimits(arbor_diameter=arbor_of(cad))
+    said = remedy_of("d", ["arbor"], limits, cad)
+    assert said.startswith(
+        "The coil at full travel must leave 9.778 mm for the shaft: make cad.shaft_diameter (8 mm) or "
+    )
+    assert "cad.clearance (0.4 mm)" in said
+    assert "cycles" not in said
 
 
 def test_order_and_winding_plan_have_one_length_of_wire(wound: LegDesign, tmp_path: Path) -> None:

@@ -13,13 +13,15 @@ from synth.cad import (
     AdapterDimensions,
     DamperDimensions,
     JointDimensions,
+    LegDimensions,
     LoadDimensions,
     PrintDimensions,
     SpringDimensions,
     sized,
 )
+from synth.cad.leg_joints import link_problems
 from synth.design.drawn_travel import stops_of
-from synth.design.joint_sizing import _grown
+from synth.design.joint_sizing import _grown, with_least_circle
 from synth.remarks import severity_of
 
 KNEE = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0)
@@ -35,6 +37,26 @@ def test_the_note_of_a_grown_joint_names_the_adapter_s_grip() -> None:
     assert grip > 12.0
     assert f"damper's shaft in the adapter {grip:g} mm instead of 12" in _grown(asked, grown)
     assert _grown(asked, asked) == []
+
+
+def test_the_least_circle_of_a_damper_s_screws_is_the_largest_of_its_limits() -> None:
+    """14 mm was told to be at least 14.2 mm, 15 mm at least 16.8 mm, and 17 mm that the link is too short."""
+    small = DamperDimensions(10.0, 8.0, 14.0, 2, 2.2)
+    asked = replace(KNEE, shaft_diameter=3.0, wall=1.6, clearance=0.2, damper=small)
+    tried = list[float | None]()
+
+    def drawn(circle: float | None) -> JointDimensions:
+        tried.append(circle)
+        return cleared(asked if circle is None else replace(asked, damper=replace(small, bolt_circle=circle)))
+
+    joint, problem = with_least_circle(drawn)
+    assert tried == [None, 14.2, 16.8]
+    assert joint.damper.bolt_circle == 16.8
+    assert (problem.value, problem.allowed) == (14.0, "at least 16.8 mm")
+    (short,) = link_problems(LegDimensions("leg", (replace(joint, link_length=40.0),)))
+    least = float(short.allowed.removeprefix("at least ").removesuffix(" mm"))
+    assert least > 40.0
+    assert link_problems(LegDimensions("leg", (replace(joint, link_length=least),))) == []
 
 
 def stops_for(stated: bool, yields: tuple[float, float]) -> tuple[object, list[str]]:

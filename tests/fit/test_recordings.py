@@ -12,6 +12,7 @@ from fit.simulated_legs import LINKS, RELEASES, bare, fitted, recorded, release,
 from synth.errors import Problem, UserError
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.recordings import recordings
 
 LEG = robot()
@@ -78,8 +79,15 @@ def test_a_wrong_link_gives_a_missing_effect_warning() -> None:
     joints = list(bare(LEG).joints)
     joints[2] = replace(joints[2], link=replace(LINKS[2], com=-0.15, mass=9.0), sign=1)
     wrong = replace(bare(LEG), joints=tuple(joints))
-    result = fit_leg(wrong, recordings(wrong, releases(LEG, 0, count=3)))
+    recorded = recordings(wrong, releases(LEG, 0, count=3))
+    result = fit_leg(wrong, recorded)
     assert any("the model lacks an effect" in text for text in result.warnings)
+    follower = fit_leg(wrong, recorded, LegFitOptions(wanted=True))
+    blaming = ("lacks an effect", "muscle", "check it first")
+    assert not [text for text in follower.warnings if any(words in text for words in blaming)]
+    misses = [text for text in follower.warnings if "comes no nearer to the scaled motion than" in text]
+    assert misses
+    assert all("its links, gravity and any linear dampers" in text for text in misses)
 
 
 def test_rotations_samples_and_conditions_are_copied() -> None:

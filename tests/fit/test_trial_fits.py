@@ -12,6 +12,7 @@ from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_result import DRIVEN, FitResult
 from synth.fit.recordings import recordings
+from synth.fit.trial_fits import away_from_their_starts
 from synth.motion.characteristics import CUT
 from synth.motion.rest import FROM_LEG
 from synth.swing.chain import Conditions, simulate
@@ -80,3 +81,17 @@ def test_a_driven_recording_is_no_release() -> None:
     assert written["driven_by"] == ["a known torque"]
     assert written["damping_ratio_validity"] == {"knee": DRIVEN}
     assert (written["rise_time"], written["damping_ratio"], written["overshoot"]) == ({}, {}, {})
+
+
+def test_a_start_away_from_the_samples_is_a_hand_s_only_in_recordings() -> None:
+    """Of a wanted motion it was said too, where the chosen damper's curve moved the start."""
+    found = fitted(LEG, [0.15, -0.12], np.arange(0.0, 3.0 * PERIOD, 0.002))
+    first = found.trials[0]
+    moved = replace(first, start=replace(first.start, angle=first.start.angle + 0.1))
+    trials = (moved, *found.trials[1:])
+    (recorded,) = away_from_their_starts(found.leg, trials)
+    assert "in 1 of 2 trials" in recorded
+    assert "a hand, a muscle or a latch" in recorded
+    (wanted,) = away_from_their_starts(found.leg, trials, follower="the robot's leg")
+    assert "muscle" not in wanted
+    assert wanted.startswith("release: the robot's leg goes on most alike in 1 of 2 trials if it does not start alike")

@@ -25,7 +25,7 @@ from synth.units import factor
 
 CATALOGUE = Catalogue.load()
 ALL_ROWS = [row for family in FAMILIES for row in CATALOGUE.rows(family)]
-SPRINGS_WITH_GEOMETRY = [row for row in CATALOGUE.springs if geometric_rates(row, CATALOGUE.elastic_modulus)]
+SPRINGS_WITH_GEOMETRY = [row for row in CATALOGUE.springs if geometric_rates(row, CATALOGUE.known_materials)]
 
 
 def _name(row: CatalogueRow) -> str:
@@ -62,7 +62,7 @@ def test_every_row_is_traceable_and_its_numbers_allowed(row: CatalogueRow) -> No
 
 @pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
 def test_complete_rows_lack_nothing_and_contradict_nothing(row: CatalogueRow) -> None:
-    lacking, wrong = missing_values(row), contradictions(row, CATALOGUE.elastic_modulus)
+    lacking, wrong = missing_values(row, CATALOGUE.known_materials), contradictions(row, CATALOGUE.known_materials)
     if row.complete:
         assert not lacking
         assert not wrong
@@ -108,7 +108,7 @@ def test_rate_agrees_with_the_geometry_or_is_flagged(row: TorsionSpringRow) -> N
     assert row.wire_diameter
     assert row.outer_diameter
     assert row.body_coils
-    modulus = CATALOGUE.elastic_modulus(row.material, row.wire_diameter)
+    modulus = CATALOGUE.known_materials.modulus(row.material, row.wire_diameter)
     assert modulus
     bending = modulus * row.wire_diameter**4 / (64 * (row.outer_diameter - row.wire_diameter) * row.body_coils)
     near = min(abs(bending / row.rate - 1), abs(bending * 64 / (10.8 * math.tau) / row.rate - 1))
@@ -202,7 +202,7 @@ class TestWire:
         [(0.5, 203.4), (0.8128, 203.4), (1.0, 200.0), (2.0, 196.5), (3.175, 196.5), (5.0, 193.0)],
     )
     def test_modulus_of_music_wire(self, millimetres: float, gigapascal: float) -> None:
-        assert CATALOGUE.elastic_modulus("music wire", millimetres * 1e-3) == pytest.approx(gigapascal * 1e9)
+        assert CATALOGUE.known_materials.modulus("music wire", millimetres * 1e-3) == pytest.approx(gigapascal * 1e9)
 
     def test_stock_is_sorted_and_inside_the_table(self) -> None:
         sizes = [row.diameter or 0.0 for row in CATALOGUE.find_material("music wire").stock()]
@@ -213,7 +213,7 @@ class TestWire:
         assert 5e-3 in [pytest.approx(size) for size in metric]
 
     def test_suspect_modulus_is_not_used(self) -> None:
-        assert CATALOGUE.elastic_modulus("stainless 17-7", 2e-3) == pytest.approx(203.395e9)
+        assert CATALOGUE.known_materials.modulus("stainless 17-7", 2e-3) == pytest.approx(203.395e9)
 
 
 def test_near_misses_are_named() -> None:

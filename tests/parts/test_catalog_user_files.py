@@ -187,6 +187,17 @@ def test_angles_and_tolerances_that_no_part_has_are_refused(tmp_path: Path, colu
     assert not check_catalogue([path])
 
 
+@pytest.mark.parametrize(
+    ("unit", "words"), [("ksi", ""), ("psi", '"291" (2.006 MPa) must be at least 300 MPa'), ("GPa", "at most 5000 MPa")]
+)
+def test_a_strength_that_no_spring_wire_has_is_refused(tmp_path: Path, unit: str, words: str) -> None:
+    """Psi was suggested for ksi: an error of a thousand passed the check and gave springs at 25407 % of the limit."""
+    text = f"series,material,diameter [in],min_tensile_strength [{unit}]\nmy shop,music wire,0.075,291\n"
+    problems = check_catalogue([_file(tmp_path, text)])
+    assert bool(problems) is bool(words)
+    assert all(words in problem.text and problem.line == 2 for problem in problems)
+
+
 def test_same_part_twice_in_one_file(tmp_path: Path) -> None:
     path = _file(tmp_path, "part,rate [N*m/rad]\nA1,1\nA1,2\n")
     assert "is given twice in this file, first in line 2" in _problems(path)[0].text

@@ -180,3 +180,26 @@ def test_substitutes_are_ranked_with_their_differences() -> None:
     nearest = next(item for item in dampers if item.row.part == "6597K19")
     # Same family, same law: the torque at any speed is that of the vendor's points, 31 and 7 in-oz.
     assert nearest.differs == (f"torque {31 / 7 - 1:+.0%}",)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_table_of_semicolons_or_tabs_with_decimal_commas_is_read(
+    separator: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was said to be no table of springs or dampers."""
+    monkeypatch.chdir(tmp_path)
+    lines = (
+        "Part Number|Wire Dia.|O.D. (mm)|Leg Angle (deg)|Spring Rate (N*m/rad)|Coils|Material|Price",
+        "3,5|0,08 in|19,05|120|0,48|6,1667|Music Wire|12,50 EUR",
+    )
+    Path("table.csv").write_text("\n".join(line.replace("|", separator) for line in lines) + "\n")
+    found = import_table(Path("table.csv"), {}, "Acme")
+    ((row,),) = found.rows.values()
+    cells = dict(zip(found.header, row, strict=True))
+    assert cells["part"] == "3,5"
+    assert [float(cells[name]) for name in ("wire_diameter [mm]", "outer_diameter [mm]", "body_coils [1]")] == [
+        pytest.approx(2.032),
+        19.05,
+        6.1667,
+    ]
+    assert cells["price"] == "12.50 EUR"

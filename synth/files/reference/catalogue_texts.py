@@ -40,7 +40,8 @@ _INSERT = {"maker": "Whose insert.", "length": "Along the screw."}
 CATALOGUES: dict[str, dict[str, str]] = {
     "torsion_springs.csv": {
         **_PART,
-        "material": "A row of `wire_materials.csv`; stainless and stainless 304 use the values of stainless 302.",
+        "material": "A material of `wire_materials.csv`, by name or usual spelling (`ASTM A228`, `302`, `17-7PH`); "
+        "stainless and 304 use the values of 302.",
         "hand": "`left` or `right` wound.",
         "included_angle": "Between the two legs of the free spring; at most 360°.",
         "leg_convention": "`tangent`: included angle = 180° - 360° frac(body_coils); `radial`, `axial`: "
