@@ -15,7 +15,7 @@ from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
-from synth.motion.noise import MAD_TO_SD
+from synth.noise import MAD_TO_SD
 from synth.remarks import Remark, at_joint
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia

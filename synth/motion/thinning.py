@@ -19,7 +19,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.motion.counts import coarse_count
-from synth.motion.noise import white_noise
+from synth.noise import white_noise
 from synth.sampling import own_moments, usual_step
 
 UNTHINNED_SAMPLES = 6_000  # samples, up to which a recording is unchanged
