@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered
 from synth.estimation.intervals import Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
@@ -31,7 +31,14 @@ from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
 from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import trial_fits
-from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
+from synth.fit.uncertainty import (
+    clipped_rms,
+    covariance,
+    mass_scale_sentence,
+    not_separable,
+    rms_as_recorded,
+    scatter_as_recorded,
+)
 from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import Remark, at_joint, noted
 from synth.swing.effects import effect_named
@@ -104,7 +111,7 @@ def result_of(
     alone, nones = _none_rates(model, fitted, solutions, links)
     offsets = interval_ends(unknowns, (mode, chosen), spreads, refits, nones, fitted.error, fitted.least)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
-    rms = {name: _by_joint_name(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
+    rms = {name: _by_joint_name(names, rms_as_recorded(recordings, s.predictions)) for name, s in solutions.items()}
     own_angles = _own_free_angles(unknowns, mode, offsets[mode])
     static, edges = _static(unknowns, fitted), at_edges(unknowns, chosen.values, nones[mode].places)
     drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
@@ -112,7 +119,7 @@ def result_of(
     made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
-    clipped, noise = (_by_joint_name(names, each) for each in (left, scatter))
+    clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
     ridges, scale = (*fitted.softened, *(each.sentence for each in alike)), _mass_scale(unknowns, recordings)
     known = Known(alone, _of_links_and_law(nones[mode].links, fitted.error, alone), offsets[mode], widths)
@@ -130,7 +137,7 @@ def result_of(
         warnings=(
             *_first_sentences(fitted, leg, recordings),
             *lost,
-            *([] if fitted.searched else _misfits(rms[mode], clipped, noise)),
+            *([] if fitted.searched else _misfits(rms[mode], noise, left > np.maximum(MISFIT * scatter, LEAST_MISFIT))),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
@@ -240,10 +247,10 @@ def _mass_scale(unknowns: SpringsAndDampers, recordings: Sequence[Recording]) ->
     return [scale] if scale else []
 
 
-def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
-    """Sentences on joints whose motion the model does not explain; plain and truncated RMS and samples' scatter in rad.
+def _misfits(rms: Mapping[str, float], scatter: Mapping[str, float], lacking: Mask) -> list[str]:
+    """Sentences on joints whose motion the model does not explain; plain RMS and samples' scatter in rad.
 
-    The truncated RMS decides, so that a glitch alone does not count.
+    ``lacking`` (n,) : by the truncated RMS, so that a glitch alone does not count.
     """
     return [
         at_joint(
@@ -251,8 +258,8 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
             f"the residual is {significant(np.degrees(left), 2)} deg, the samples' scatter only "
             f"{significant(np.degrees(scatter[name]), 2)} deg: the model lacks an effect at this joint or next to it",
         )
-        for name, left in rms.items()
-        if clipped[name] > MISFIT * scatter[name] and clipped[name] > LEAST_MISFIT
+        for (name, left), lacks in zip(rms.items(), lacking.tolist(), strict=True)
+        if lacks
     ]
 
 
