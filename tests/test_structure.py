@@ -23,6 +23,8 @@ FLOORS = (
         "units_often",
         "units_spelling",
         "arrays",
+        "noise",
+        "pace",
         "sampling",
         "threads",
         "side_processes",

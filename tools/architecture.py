@@ -24,6 +24,8 @@ GATHERED = {
     "synth.cli": "command line",
     "synth.commands": "command line",
     "synth.arrays": "basics",
+    "synth.noise": "basics",
+    "synth.pace": "basics",
     "synth.sampling": "basics",
     "synth.cache": "basics",
     "synth.errors": "basics",

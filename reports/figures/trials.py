@@ -35,7 +35,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class TrialPanel:
-    """One joint of one trial: curves of ``what`` over common times, and a remark for its upper right corner."""
+    """One joint of one trial: curves of ``what`` over common times, and a remark for its upper right corner.
+
+    ``clock`` : what the times are, s.
+    """
 
     joint: str
     unit: str
@@ -43,6 +46,7 @@ class TrialPanel:
     curves: Sequence[Curve]
     remark: str
     what: str = "angle"
+    clock: str = "time"
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,7 @@ def _drawing(title: str, panel: TrialPanel, limits: AxisRanges, name: str) -> Ma
     svg.text((4, 13), f"{panel.joint} {words}", style, short=f"{name} {words}")
     svg.text((axes.x.end, 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')
     middle = (axes.x.start + axes.x.end) / 2
-    svg.text((middle, HEIGHT - 7), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
+    svg.text((middle, HEIGHT - 7), f"{panel.clock} [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
     for curve in panel.curves:
         points = axes.points(thin_curve(panel.times, curve.values, BUCKETS))
         with svg.named(curve.name, hidden=curve.hidden):

@@ -35,7 +35,7 @@ def _verdict(document: Json) -> str:
     reference = document.get("reference")
     family = [side for side in compared.sides_of(document) if side.get("pace") and side.get("kind") == "model"]
     if len(family) > 1:
-        return _family_verdict(family)
+        return _family_verdict(document, family)
     known = [(value_of(mapping(side, "off_reference").get("overall")), side) for side in compared.sides_of(document)]
     ranked = sorted(((value, side) for value, side in known if value is not None), key=lambda item: item[0])
     if not ranked:
@@ -50,7 +50,18 @@ def _verdict(document: Json) -> str:
     return f"{nearest} comes nearest to {reference}, {away} off (RMS); {joined_names(words[1:])}."
 
 
-def _family_verdict(family: list[Json]) -> str:
+def _followed(document: Json) -> str:
+    """How far the legs of a family are off the reference, each in its own time."""
+    pairs = [(mapping(side, "off_reference").get("overall"), side) for side in compared.sides_of(document)]
+    known = [(value, brief(item)) for item, side in pairs if side.get("pace") and (value := value_of(item)) is not None]
+    if not known:
+        return ""
+    (_, least), (_, most) = min(known), max(known)
+    span = least if least == most else f"{least} to {most}"
+    return f", each {span} (RMS) off {document.get('reference')} at its own scale"
+
+
+def _family_verdict(document: Json, family: list[Json]) -> str:
     """Change of rate and damping ratio over a family of time scales, for the joint that changes most."""
     first, last = family[0], family[-1]
     names = list(mapping(first, "alone"))
@@ -60,6 +71,7 @@ def _family_verdict(family: list[Json]) -> str:
         if a and b:
             known.append((max(a, b) / min(a, b), name, (a, b)))
     words = f"One motion at {len(family)} time scales, from {first.get('name')} to {last.get('name')}"
+    words += _followed(document)
     if not known:
         return f"{words}."
     _, name, pair = max(known)
@@ -101,19 +113,24 @@ def _figures(document: Json) -> Figures:
     for side in compared.sides_of(document):
         off = mapping(side, "off_reference")
         shown = "reference" if side.get("name") == document.get("reference") else brief(off.get("overall"))
-        row = [Cell(str(side.get("name")), str(side.get("kind"))), Cell(shown, str(off.get("basis") or ""))]
+        overlaid = compared.overlaid_in(side)
+        kind = str(side.get("kind")) + (f", {overlaid}" if overlaid != "–" else "")
+        row = [Cell(str(side.get("name")), kind), Cell(shown, str(off.get("basis") or ""))]
         for name in joints:
-            row.append(_joint_cell(mapping(side, "joints", name), mapping(side, "characteristics", name)))
+            seen = mapping(side, "characteristics", name)
+            row.append(_joint_cell(mapping(side, "joints", name), seen, both=compared.is_family(document)))
         rows.append(row)
     heads = ("Side", "From reference, RMS", *joints)
     note = "For each joint: spring rate k, damper rate b, free angle; for recordings, medians of characteristics."
+    if compared.is_family(document):
+        note += " Motions are overlaid in the starts' time: each leg's own over its time scale."
     return Figures(heads, rows, note)
 
 
-def _joint_cell(joint: Json, shown: Json) -> Cell:
+def _joint_cell(joint: Json, shown: Json, *, both: bool) -> Cell:
+    """The joint's parameters; what it shows where there are none, or ``both``."""
+    words = [f"{label} {brief(shown[key])}" for key, label in SHORT if shown.get(key)]
     if not joint:
-        words = [f"{label} {brief(shown[key])}" for key, label in
-                 SHORT if shown.get(key)]  # fmt: skip
         return Cell("–" if not words else words[0], ", ".join(words[1:]))
     rate = f"k {text(joint['spring_rate'])}" if joint.get("spring_rate") else "no spring"
     damper = (
@@ -121,4 +138,5 @@ def _joint_cell(joint: Json, shown: Json) -> Cell:
     )
     free = f", free {text(joint['free_angle'])}" if joint.get("free_angle") else ""
     known = interval_text(joint.get("spring_rate"))
-    return Cell(rate, f"{f'{known}; ' if known else ''}{damper}{free}")
+    moves = f"; {', '.join(words)}" if both and words else ""
+    return Cell(rate, f"{f'{known}; ' if known else ''}{damper}{free}{moves}")

@@ -36,6 +36,16 @@ def sides_of(document: Json) -> list[Json]:
     return records(document, "sides")
 
 
+def is_family(document: Json) -> bool:
+    """Whether its sides move at several time scales."""
+    return any((value_of(side.get("pace")) or 1.0) != 1.0 for side in sides_of(document))
+
+
+def clock_of(document: Json) -> str:
+    """What the time of the overlaid motions is."""
+    return "time / time scale" if is_family(document) else "time"
+
+
 def lines_of(document: Json) -> dict[str, Line]:
     """A line per side: recordings dotted, simulated legs each with a dash of its own."""
     found: dict[str, Line] = {}
@@ -107,7 +117,7 @@ def _largest_distance(response: Response, reference: str, lines: Mapping[str, Li
 
 
 def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> list[TrialPanel]:
-    times = response.table.columns.get("time", [])
+    times, clock = response.table.columns.get("time", []), clock_of(document)
     panels = []
     for joint in (str(name) for name in sequence(document, "joints")):
         curves = [
@@ -116,7 +126,7 @@ def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> li
             if any(map(math.isfinite, response.table.columns.get(f"{joint} {name}", [])))
         ]
         if len(times) > 1 and curves:
-            panels.append(TrialPanel(joint, "deg", times, curves, ""))
+            panels.append(TrialPanel(joint, "deg", times, curves, "", clock=clock))
     return panels
 
 
@@ -147,7 +157,8 @@ def parameters(result: Result) -> dict[str, Any] | AbsentResult:
     joints = [str(name) for name in sequence(result.content, "joints")]
     tables = []
     for joint in joints:
-        rows = [(words, [_cell(mapping(side, "joints", joint).get(key)) for side in sides]) for key, words in ROWS]
+        rows = [("overlaid", [(overlaid_in(side), "") for side in sides])]
+        rows += [(words, [_cell(mapping(side, "joints", joint).get(key)) for side in sides]) for key, words in ROWS]
         rows += [(words, [_cell(mapping(side, "alone", joint).get(key)) for side in sides]) for key, words in ALONE]
         rows += [
             (words, [_spread(mapping(side, "characteristics", joint).get(key)) for side in sides])
@@ -173,6 +184,13 @@ def parameters(result: Result) -> dict[str, Any] | AbsentResult:
         "reference": result.content.get("reference"),
         "ratios": _ratios(result.content),
     }
+
+
+def overlaid_in(side: Json) -> str:
+    """The time in which a side's motion is overlaid, unless that is its own."""
+    pace, slowed = (value_of(side.get(key)) or 1.0 for key in ("pace", "slowed"))
+    words = [f"in its time / {number(pace)}"] * (pace != 1.0) + [f"slowed {number(slowed)} times"] * (slowed != 1.0)
+    return ", ".join(words) or "–"
 
 
 def _cell(item: object) -> tuple[str, str]:

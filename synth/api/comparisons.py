@@ -45,7 +45,7 @@ class Compared(Report):
             heads = list(columns)
             time = columns[heads[0]]
             curves = {head.partition(" [")[0]: (time, columns[head]) for head in heads[1:]}
-            found.append(Panel(overlay.start.name, heads[0], "angle [deg]", curves))
+            found.append(Panel(overlay.start.name, f"{self.result.clock} [s]", "angle [deg]", curves))
         return found
 
     def write(self, folder: Path) -> None:

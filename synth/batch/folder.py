@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath
 
 from synth.errors import Problem, UserError
 from synth.files.paths import refuse_unreadable_name, text_of
+from synth.files.validate import check_kind, may_be_of
 from synth.files.yaml_lines import load
 
 SUFFIXES = (".yaml", ".yml")
@@ -37,8 +38,8 @@ def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list
 
     A file without a kind counts as a fit. ``done`` : the work in messages, such as "fitted".
 
-    A YAML file or folder that cannot be read counts as a project, because it may be meant as one.
-    Hidden folders and files of other kinds are skipped.
+    A YAML file or folder that cannot be read counts as a project, because it may be meant as one; so does a file whose
+    kind is misspelt, or unknown or missing beside a project's keys. Hidden folders and other kinds are skipped.
 
     Raises
     ------
@@ -60,7 +61,9 @@ def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list
             name = path.relative_to(folder).as_posix()
             try:
                 refuse_unreadable_name(path.relative_to(folder))
-                if load(path).value.get("kind", "fit") == kind:
+                document = load(path)
+                if may_be_of(document, kind) or (kind == "fit" and "kind" not in document.value):
+                    check_kind(document, kind)
                     found.append(_File(name, path))
             except UserError as error:
                 found.append(_File(name, path, tuple(error.problems)))

@@ -35,12 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--start", metavar="START", help="a recording's file, or angles at rest: 'hip=60 deg, knee=100 deg'"
     )
     parser.add_argument(
-        "--stretch", action="append", default=[], metavar="SIDE=FACTOR", help="slow down a side's motion"
-    )
+        "--stretch", action="append", default=[], metavar="SIDE=FACTOR",
+        help="slow down a side's motion; an animal's from as recorded",
+    )  # fmt: skip
     parser.add_argument("--leg", metavar="FILE", help="the leg for recordings that name none")
     parser.add_argument(
-        "--time-scales", metavar="LIST", help="for a leg-design project: its wanted leg at time scales 1,1.5,2,..."
-    )
+        "--time-scales", metavar="LIST",
+        help="for a leg-design project: its wanted leg at time scales 1,1.5,2,..., each beside the animal",
+    )  # fmt: skip
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
@@ -78,13 +80,23 @@ def compare_text(content: Mapping[str, Any]) -> str:
     from synth.commands.table_text import table_text
 
     joints = content["joints"]
-    rows = [["side", "from reference [deg]", "", *(f"{name} k, b, free angle" for name in joints)]]
+    timed = any("pace" in side or "slowed" in side for side in content["sides"])
+    heads = ["side", *["overlaid"] * timed, "from reference [deg]", ""]
+    rows = [[*heads, *(f"{name} k, b, free angle" for name in joints)]]
     for side in content["sides"]:
         off = side.get("off_reference", {})
         overall = off.get("overall", {}).get("value")
         shown = "reference" if side["name"] == content["reference"] else "-" if overall is None else f"{overall:.2f}"
-        rows.append([side["name"], shown, off.get("basis", ""), *(_rates(side["joints"].get(name)) for name in joints)])
+        row = [side["name"], *[_overlaid(side)] * timed, shown, off.get("basis", "")]
+        rows.append([*row, *(_rates(side["joints"].get(name)) for name in joints)])
     return table_text(rows)
+
+
+def _overlaid(side: Mapping[str, Any]) -> str:
+    """In what time a side's motion is overlaid."""
+    pace, slowed = (side.get(key, {}).get("value", 1.0) for key in ("pace", "slowed"))
+    words = [f"its time / {pace:g}"] * (pace != 1.0) + [f"slowed {slowed:g} times"] * (slowed != 1.0)
+    return ", ".join(words) or ("as recorded" if side["kind"] == "recorded" else "its time")
 
 
 def _rates(joint: Mapping[str, Any] | None) -> str:

@@ -41,6 +41,11 @@ class Comparison:
     inputs: Mapping[str, str]
 
     @property
+    def clock(self) -> str:
+        """The words for the time of the overlaid motions."""
+        return "time / time scale" if any(side.pace != 1.0 for side in self.sides) else "time"
+
+    @property
     def leg(self) -> Leg:
         """The leg whose zeros and signs define the angles."""
         return self.sides[0].leg
@@ -134,7 +139,8 @@ def compare(
     reference
         the side to compare with; None: the first recorded one, else the first.
     stretch
-        side -> factor by which its motion is slowed down, such as an animal's to a larger robot's time scale.
+        side -> factor by which its motion is slowed down, such as an animal's to a larger robot's time scale; it
+        replaces the side's own.
     starts
         common starts of all legs; None: see ``chosen_starts``.
 
@@ -149,7 +155,7 @@ def compare(
     for name in [*(stretch or {}), *([reference] if reference is not None else [])]:
         if name not in names:
             raise UserError(f'"{name}" is not a side{near(name, names)}')
-    slowed = (replace(side, stretch=(stretch or {}).get(side.name, 1.0)) for side in sides)
+    slowed = (replace(side, stretch=(stretch or {}).get(side.name, side.stretch)) for side in sides)
     found = tuple(side.in_convention(sides[0].leg) for side in slowed)
     place = names.index(reference) if reference is not None else _first_recorded(found)
     starts_of, taken = chosen_starts(found, starts)
@@ -168,7 +174,7 @@ def compare(
 
 def warnings(found: Comparison) -> list[str]:
     """Limits of the comparison."""
-    messages = []
+    messages = [*_as_fitted(found), *_outside_the_family(found.sides)]
     for place, side in enumerate(found.sides):
         other = side.other_convention(found.leg)
         if other:
@@ -198,6 +204,26 @@ def warnings(found: Comparison) -> list[str]:
     return messages
 
 
+def _as_fitted(found: Comparison) -> list[str]:
+    """A note on sides that are overlaid as they were fitted to the recordings."""
+    starts = {overlay.start.name for overlay in found.overlays}
+    names = [side.name for side in found.sides if side.stretch == 1.0 and starts & set(side.followed)]
+    if not names:
+        return []
+    text = f"{', '.join(names)}: overlaid as fitted to the recordings at its time scale, with the fit's own start "
+    return [noted(f"{text}and free angle in each")]
+
+
+def _outside_the_family(sides: Sequence[Side]) -> list[str]:
+    """Sides beside those of several time scales, whose motion is not brought to the same time."""
+    family = {side.source for side in sides if side.pace != 1.0}
+    names = [side.name for side in sides if family and side.source not in family and side.stretch == 1.0]
+    if not names:
+        return []
+    text = f"{', '.join(names)}: overlaid in its own time, and the family of time scales in that of the starts"
+    return [f"{text}; --stretch '{names[0]}=0.5' overlays one that moves half as fast"]
+
+
 def _first_recorded(sides: Sequence[Side]) -> int:
     return next((place for place, side in enumerate(sides) if side.motions), 0)
 
@@ -212,6 +238,7 @@ def response_columns(found: Comparison, overlay: Overlay) -> dict[str, Array]:
     return columns
 
 
+TIMES = {"pace": "its own time over that of the overlay", "slowed": "for the comparison"}
 TABLE = ("side", "joint", "quantity", "unit", "value", "low", "high", "basis")
 
 
@@ -220,6 +247,7 @@ def table_columns(found: Comparison) -> dict[str, list[Any]]:
     rows: list[tuple[Any, ...]] = []
     document = found.as_json()
     for side in document["sides"]:
+        rows += [_row(side, "", key, side[key], basis) for key, basis in TIMES.items() if key in side]
         for joint, values in side["joints"].items():
             rows += [_row(side, joint, key, value, "90 % interval" if value.get("interval90") else "stated")
                      for key, value in values.items() if isinstance(value, dict)]  # fmt: skip

@@ -126,7 +126,9 @@ def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
     wanted = read_leg(folder / "wanted.leg.yaml", resolve_part=resolve_part)
     built = read_leg(folder / "built.leg.yaml", resolve_part=resolve_part)
     target, response = design["stages"]["target"], design["response"]
-    motions = from_fit(folder, wanted, target, "responses/target", "animal")
+    scale = float(design["settings"]["time_scale"]["value"])
+    slow = from_fit(folder, wanted, target, "responses/target", "animal")
+    motions = tuple(motion.stretched(1.0 / scale) for motion in slow)
     stated = [StatedFigure("predicted RMS from the wanted motion, nominal parts", response["wanted_to_built"]["rms"])]
     for key, what in (("forecast", "with tolerances"), ("forecast_free_angles_measured", "free angles measured")):
         if response.get(key):
@@ -138,7 +140,7 @@ def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
             side, joints={name: _with_parts(side.joints[name], design["joints"][name]) for name in side.joints}
         )
 
-    return _asked(source, animal=lambda view: _recorded(source, view, wanted, motions),
+    return _asked(source, animal=lambda view: replace(_recorded(source, view, wanted, motions), stretch=scale),
                   wanted=lambda view: _model(source, view, wanted, target["joints"], ()), built=shown)  # fmt: skip
 
 

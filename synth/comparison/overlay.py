@@ -23,7 +23,8 @@ STANDARD_TIME = 2.0  # s, time in which a limb of this size comes to rest
 class OverlaidMotion:
     """One side's motion from a start.
 
-    ``rotation`` (m, n) rad at the start's times, nan where undefined; ``measured`` and ``away`` (rad, of the joint
+    ``rotation`` (m, n) rad at the start's times, of a side with a pace at its own times over that; nan where undefined;
+    ``measured`` and ``away`` (rad, of the joint
     farthest away): the recording used and the distance of its first sample from the start; None and 0 for a
     simulated leg.
     """
@@ -75,15 +76,18 @@ def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[O
 
 
 def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
-    """The leg simulated from the start under the recording's conditions, driven as it was."""
+    """The leg simulated from the start under the recording's conditions, driven as it was; or as fitted to it."""
     why = not_driven_alike(side, start)
     if why:
         return None, why
-    rate = start.rate * side.stretch / side.pace
+    followed = side.followed.get(start.name)
+    if followed is not None and followed.shape == start.rotation.shape and side.stretch == 1.0:
+        return OverlaidMotion(followed), ""
+    slower = side.pace / side.stretch
     conditions: Conditions = start.conditions
     try:
         rotation = simulate(
-            side.leg, start.start, rate, start.time / side.stretch, conditions,
+            side.leg, start.start, start.rate / slower, start.time * slower, conditions,
             known_torque=start.known_torque, signals=start.signals,
         )  # fmt: skip
     except ArithmeticError as error:

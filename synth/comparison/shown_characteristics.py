@@ -117,7 +117,9 @@ def _release(sides: Sequence[Side], overlay: Overlay) -> dict[int, _Motion]:
             found[place] = _smoothed(motion.measured)
         elif side.kind == MODEL:
             start = overlay.start
-            found[place] = _Motion(start.time, motion.rotation, np.zeros(len(start.start)), start.free, start.cut)
+            found[place] = _Motion(
+                start.time * side.pace, motion.rotation, np.zeros(len(start.start)), start.free, start.cut
+            )
     return found
 
 

@@ -99,9 +99,13 @@ class Side:
     leg
         for recordings: the leg that defines their angles.
     stretch
-        factor by which its recordings are slowed down for the comparison.
+        factor by which its motion, as recorded or simulated, is slowed down for the comparison.
     pace
-        how many times slower this leg moves than the starts; its initial rates are divided by it.
+        how many times slower this leg moves than the starts. It is simulated so much longer from rates so much lower,
+        and overlaid in the starts' time; its characteristics are those in its own time.
+    followed
+        recording -> (m, n) rad, this leg's motion as it was fitted to the recording slowed by ``pace``, at its samples:
+        from the start and with the free angles that this leg has in it, which another leg's fit does not give.
     """
 
     name: str
@@ -113,6 +117,7 @@ class Side:
     stated: tuple[StatedFigure, ...] = ()
     stretch: float = 1.0
     pace: float = 1.0
+    followed: Mapping[str, Array] = field(default_factory=dict)
 
     def other_convention(self, leg: Leg) -> list[str]:
         """Joints whose angles this side's leg counts from another zero, or in the other sense, than ``leg``."""

@@ -8,9 +8,10 @@ from math import degrees
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.comparison.side import MODEL, RECORDED, ComparedMotion, Side, StatedFigure, joints_of
 from synth.comparison.side_source import Source
-from synth.design.stages import fit_options, read_motion
+from synth.design.stages import SourceMotion, fit_options, read_motion
 from synth.design.target_effects import target_of
 from synth.files.projects import read_leg_project
 from synth.fit.fit_result import FitResult
@@ -23,9 +24,10 @@ from synth.swing.leg_model import Leg
 
 
 def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
-    """The animal at the robot's time scale, and the robot's links fitted to its motion at each scale.
+    """The animal as recorded, and the robot's links fitted to its motion at each scale, which is their ``pace``.
 
-    Without ``scales``: the project's own. The driven beginning of recordings is cut as in ``synth leg``.
+    Without ``scales``: the animal slowed down to the project's own scale, and the robot's links fitted to that. The
+    driven beginning of recordings is cut as in ``synth leg``.
 
     Raises
     ------
@@ -36,50 +38,64 @@ def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
     options, motion, into = fit_options(project), read_motion(project), target_of(project.target)
     found = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
     motion = motion.cut(found.cut)
-    own = project.time_scale
-    common = own if own in scales or not scales else scales[0]  # time scale at which the animal is shown
+    fits = {
+        scale: fit_by(into.ideal, [each.stretched(scale) for each in motion.fitted], options, project.fit)
+        for scale in scales or (project.time_scale,)
+    }
     sides: list[Side] = []
-    wanted: list[Side] = []
-    for scale in scales or (own,):
-        recordings = [recording.stretched(scale) for recording in motion.fitted]
-        fitted = fit_by(into.ideal, recordings, options, project.fit)
-        if scale == common and "animal" in source.views:
-            sides.append(_animal(source, fitted, recordings, cut=motion.begun_late))
-        side = _wanted(source, fitted, scale, scale / common)
-        wanted.append(replace(side, name=f"{source.label} x{scale:g}") if scales else side)
-    return [*sides, *wanted] if "wanted" in source.views else sides
+    if "animal" in source.views and scales:
+        sides.append(_recorded(source, found, motion, into.ideal))
+    elif "animal" in source.views:
+        ((scale, fitted),) = fits.items()
+        sides.append(_slowed(source, fitted, motion, scale))
+    if "wanted" in source.views:
+        wanted = {scale: _wanted(source, fitted, scale) for scale, fitted in fits.items()}
+        sides += [_of_family(wanted[s], source, fits[s], s) if scales else wanted[s] for s in fits]
+    return sides
 
 
-def _wanted(source: Source, fitted: FitResult, scale: float, pace: float) -> Side:
+def _wanted(source: Source, fitted: FitResult, scale: float) -> Side:
     known = {name: joint.as_json() for name, joint in fitted.joints.items()}
     stated = tuple(
         StatedFigure(f"{name}: RMS from the animal's motion {scale:g} times slower",
                      {"value": degrees(value), "unit": "deg"}) for name, value in fitted.rms.items()
     )  # fmt: skip
     leg = fitted.leg
-    return Side(source.named("wanted"), source.written, MODEL, leg, joints_of(leg, known), stated=stated, pace=pace)
+    return Side(source.named("wanted"), source.written, MODEL, leg, joints_of(leg, known), stated=stated)
 
 
-def _animal(source: Source, fitted: FitResult, recordings: Sequence[Recording], *, cut: bool) -> Side:
-    """The recordings with each trial's own shift of the free angle subtracted."""
-    leg = fitted.leg
-    common = np.array([fitted.joints[name].free_angle.value for name in leg.joint_names])
-    motions = []
-    for trial, recording in zip(fitted.trials, recordings, strict=False):
-        shift = leg.sign * (trial.free_angle - common)
-        motions.append(_motion(leg, trial.rotation - shift, trial.rate, recording, shift, cut=cut))
+def _of_family(side: Side, source: Source, fitted: FitResult, scale: float) -> Side:
+    """A wanted leg as one of several, which follows the recordings slowed by its own scale."""
+    followed = {trial.name: fitted.leg.to_rotation(trial.fitted) for trial in fitted.trials}
+    return replace(side, name=f"{source.label} x{scale:g}", pace=scale, followed=followed)
+
+
+def _recorded(source: Source, fitted: FitResult, motion: SourceMotion, leg: Leg) -> Side:
+    """The recordings as recorded, in their own time; ``fitted`` to them, for the starts."""
+    none = np.zeros(len(leg.joints))
+    motions = [
+        _motion(trial.rotation, trial.rate, recording, none, cut=motion.begun_late)
+        for trial, recording in zip(fitted.trials, motion.fitted, strict=False)
+    ]
     return Side(source.named("animal"), source.written, RECORDED, leg, {}, tuple(motions))
 
 
-def _motion(
-    leg: Leg,
-    start: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    rate: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    recording: Recording,
-    shift: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    *,
-    cut: bool,
-) -> ComparedMotion:
+def _slowed(source: Source, fitted: FitResult, motion: SourceMotion, scale: float) -> Side:
+    """The recordings, ``scale`` times slower, with each trial's own shift of the free angle subtracted.
+
+    ``fitted`` : to the motion at that scale, for the starts.
+    """
+    leg = fitted.leg
+    common = np.array([fitted.joints[name].free_angle.value for name in leg.joint_names])
+    motions = []
+    for trial, recording in zip(fitted.trials, motion.fitted, strict=False):
+        shift = leg.sign * (trial.free_angle - common)
+        motions.append(_motion(trial.rotation - shift, trial.rate * scale, recording, shift, cut=motion.begun_late))
+    return Side(source.named("animal"), source.written, RECORDED, leg, {}, tuple(motions), stretch=scale)
+
+
+def _motion(start: Array, rate: Array, recording: Recording, shift: Array, *, cut: bool) -> ComparedMotion:
+    """A recording with its ``shift`` (n,) rad subtracted; ``start`` rad and ``rate`` rad/s (n,), its initial state."""
     rotation = np.where(recording.counts, recording.rotation, np.nan) - shift
     locked = list(recording.conditions.locked)
     rotation[:, locked] = start[locked]

@@ -17,7 +17,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
-from synth.motion.noise import robust_deviation, unit_differences
+from synth.noise import robust_deviation, unit_differences
 
 DIFFERENCE_ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
 STRIDE_ORDER = 10  # of those of every D-th sample: the motion takes over later

@@ -19,7 +19,7 @@ from synth.files.hopper_project import HopperProject, design_named
 from synth.files.hopper_recordings import HopperRecording, read_recording
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching
-from synth.files.recordings_together import clocks_together
+from synth.files.recordings_together import clocks_together, with_equal_channels
 from synth.files.schema import Because, Default
 from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
 
@@ -177,7 +177,9 @@ def _trials(reader: ProjectReader, file: _HopperGapFile) -> tuple[JumpTrial, ...
                     reader.refuse(f'"{name}" is listed twice; name it once', key)
                     continue
                 found.append(_trial(reader, path, name, entry, motor, length))
-    reader.problems += clocks_together([one.name for one in found], [one.columns["time"] for one in found])
+    reader.problems += clocks_together(
+        [one.name for one in found], *with_equal_channels([one.columns for one in found])
+    )
     return tuple(found)
 
 

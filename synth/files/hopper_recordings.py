@@ -16,7 +16,7 @@ from synth.files.csv_table import CsvTable, read_table
 from synth.files.hopper_project import HopperProject, design_named, refuse_links_that_do_not_meet
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
-from synth.files.recordings_together import clock_problem, clocks_together
+from synth.files.recordings_together import clock_problem, clocks_together, with_equal_channels
 from synth.files.schema import Because
 from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import load
@@ -177,7 +177,9 @@ def read_pull_ups(path: str | Path) -> PullUps:
             reader.note(found)
             refuse_links_that_do_not_meet(reader, design, trial.length, (*key, "length"))
             trials.append(replace(recording, length=trial.length))
-    reader.problems += clocks_together([one.name for one in trials], [one["time"] for one in trials])
+    reader.problems += clocks_together(
+        [one.name for one in trials], *with_equal_channels([one.columns for one in trials])
+    )
     reader.finish()
     assert file is not None
     assert design is not None
@@ -311,5 +313,7 @@ def _recordings(
             for path in matching(reader.folder, pattern):
                 reader.note(path)
                 found.append(read_recording(path, path.relative_to(reader.folder).as_posix(), wanted))
-    reader.problems += clocks_together([one.name for one in found], [one["time"] for one in found])
+    reader.problems += clocks_together(
+        [one.name for one in found], *with_equal_channels([one.columns for one in found])
+    )
     return found

@@ -69,7 +69,7 @@ class FitOptions:
 
     method: Annotated[Method, Because("needs no starting guess")] = "least_squares"
     cost: Annotated[Cost, Because("uses every sample")] = "trajectory"
-    weight: Annotated[Weight, Because("residuals are divided by each joint's noise: maximum likelihood")] = "noise"
+    weight: Annotated[Weight, Because("one noise a joint: maximum likelihood if trials are alike in it")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
     intervals: Annotated[Intervals, Because("no extra cost; agrees with the bootstrap in white noise")] = (
         "sensitivities"

@@ -5,20 +5,24 @@ Each such file is well-formed, but a common fit would have a large error that it
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
-from math import degrees, log, radians
+from math import degrees, exp, log, radians
 
 import numpy as np
 
 from synth.arrays import Array, Mask, finite_median
 from synth.errors import Problem
+from synth.pace import own_paces
 from synth.sampling import usual_step
 from synth.units import factor, header
 
 SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual sample step; 1 Hz is the slowest supported motion
-ANOTHER_CLOCK = 100.0  # times the others' step: more than between a camera and the fastest encoder
+ANOTHER_CLOCK = 100.0  # times the others' step, from which the paces of the motions are compared
+# Times as fast as in the others, up to which a motion may be the same leg's: locked joints and tip masses change it by
+# a few times, a wrong unit of time by 60 at least.
+ALIKE_PACE = 10.0
 LEAST = 3  # recordings needed to identify a different one
 ANOTHER_UNIT = "Is the time in another unit?"
 IN_HEADER, IN_CODE = "Then say so in the header", "In code it is in s"
@@ -82,42 +86,94 @@ def check_together(
     groups: dict[Hashable, list[int]] = {}
     for index in range(len(names)):
         groups.setdefault(conditions[index] if conditions else None, []).append(index)
-    known = [np.isfinite(one) for one in angles]
-    problems = clocks_together(names, times, known, in_code=in_code)
+    problems = clocks_together(names, times, angles, in_code=in_code)
     for group in groups.values():
         problems += _exchanged([names[i] for i in group], [angles[i] for i in group], joints)
     return [replace(problem, line=None) for problem in problems] if in_code else problems
 
 
 def clocks_together(
-    names: Sequence[str], times: Sequence[Array], known: Sequence[Mask] = (), *, in_code: bool = False
+    names: Sequence[str],
+    times: Sequence[Array],
+    values: Sequence[Array],
+    *,
+    in_code: bool = False,
 ) -> list[Problem]:
-    """Recordings whose step is more than a hundred times, or less than a hundredth of, the others'.
+    """Recordings whose step and motion are much slower, or much faster, than the others'.
 
-    ``known`` : as of ``clock_fault``, of each; empty: all channels have a sample in every row.
+    A camera's step may be hundreds of times that of an encoder: a clock is wrong only if the motion seems as slow too.
+    Where no channel moves above its noise, the step alone decides.
+
+    Parameters
+    ----------
+    times : (m,) s of each; values : (m, n_channel) of each, the same channels in all, nan where one has no sample.
     """
-    sampled = known or [np.ones((len(time), 1), dtype=bool) for time in times]
-    steps = np.array([usual_step(time, each) for time, each in zip(times, sampled, strict=True)])
+    known = [np.isfinite(each) for each in values]
+    steps = np.array([usual_step(time, each) for time, each in zip(times, known, strict=True)])
     if len(steps) < 2:
         return []
     usual = float(np.median(steps)) if len(steps) >= LEAST else float(steps.min())
+    far = np.maximum(steps / usual, usual / steps) >= ANOTHER_CLOCK
+    if not far.any():
+        return []
+    paces = [own_paces(time, each) for time, each in zip(times, values, strict=True)]
+    others = [pace for pace, other in zip(paces, far.tolist(), strict=True) if not other]
     problems = []
-    for name, step in zip(names, steps.tolist(), strict=True):
-        ratio = max(step / usual, usual / step)
-        if ratio >= ANOTHER_CLOCK:
-            apart = f"{float(f'{ratio:.3g}'):.0f} times {'' if step > usual else 'less than '}"
-            text = f"its samples are {step:.3g} s apart, {apart}the step of the other recordings ({usual:.3g} s). "
-            text += f"{ANOTHER_UNIT} {_other_unit(step, usual, in_code=in_code)}"
+    for i in np.flatnonzero(far).tolist():
+        slower = _times_slower(paces[i], others)
+        if slower is None or max(slower, 1.0 / slower) > ALIKE_PACE:
+            text = _clock_text(float(steps[i]), usual, slower, in_code=in_code)
             if len(steps) < LEAST:
                 text += "; of two recordings it may also be the other whose time is wrong"
-            problems.append(Problem(text, name, 1, "time"))
+            problems.append(Problem(text, names[i], 1, "time"))
     return problems
 
 
-def _other_unit(step: float, usual: float, *, in_code: bool) -> str:
-    """The unit, beside the one written, with which a clock's step in s is nearest to the usual one."""
-    larger = step < usual
-    times = min(WRONG_UNITS, key=lambda each: abs(log(max(step, usual) / min(step, usual) / each)))
+def with_equal_channels(tables: Sequence[Mapping[str, Array]]) -> tuple[list[Array], list[Array]]:
+    """Times (m,) s and values (m, n_channel) of recordings by column, nan where one has no such column."""
+    channels = list(dict.fromkeys(name for table in tables for name in table if name != "time"))
+    empty = [np.full(len(table["time"]), np.nan) for table in tables]
+    values = [
+        np.column_stack([table.get(name, none) for name in channels]) for table, none in zip(tables, empty, strict=True)
+    ]
+    return [table["time"] for table in tables], values
+
+
+def _times_slower(pace: Array, others: Sequence[Array]) -> float | None:
+    """How many times slower channels of ``pace`` (n,) s move than the ``others``'; None if that cannot be told.
+
+    The channel that differs least decides: a wrong clock slows all of them.
+    """
+    ratios = [log(ratio) for other in others if (ratio := _nearest_to_one(pace / other)) is not None]
+    return exp(float(np.median(ratios))) if ratios else None
+
+
+def _nearest_to_one(ratios: Array) -> float | None:
+    known = ratios[np.isfinite(ratios)]
+    return float(known[np.argmin(np.abs(np.log(known)))]) if len(known) else None
+
+
+def _clock_text(step: float, usual: float, slower: float | None, *, in_code: bool) -> str:
+    """The message on a recording's ``step`` s beside the ``usual`` one; ``slower`` as of ``_times_slower``."""
+    apart = f"{_times(step / usual)} times {'' if step > usual else 'less than '}"
+    text = f"its samples are {step:.3g} s apart, {apart}the step of the other recordings ({usual:.3g} s), and "
+    if slower is None:
+        text += "no motion above the noise tells whether its time is right. If it is, leave out rows of the denser "
+        text += f"recordings, until the steps differ less than {ANOTHER_CLOCK:.0f} times"
+    else:
+        text += f"its motion is {_times(slower)} times as {'slow' if slower > 1.0 else 'fast'} as theirs"
+    return f"{text}. {ANOTHER_UNIT} {_other_unit(step, slower or step / usual, in_code=in_code)}"
+
+
+def _times(ratio: float) -> str:
+    """A ratio, or its reciprocal if below one, with three digits."""
+    return f"{float(f'{max(ratio, 1.0 / ratio):.3g}'):.0f}"
+
+
+def _other_unit(step: float, slower: float, *, in_code: bool) -> str:
+    """The unit, beside the one written, with which a clock of ``step`` s, ``slower`` times too slow, is right."""
+    larger = slower < 1.0
+    times = min(WRONG_UNITS, key=lambda each: abs(log(max(slower, 1.0 / slower) / each)))
     then = f"they would be {step * times if larger else step / times:.3g} s apart"
     if in_code:
         return f"{IN_CODE}: {'multiplied' if larger else 'divided'} by {times:.0f}, {then}"

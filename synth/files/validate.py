@@ -170,6 +170,17 @@ def check_kind(document: Document, kind: str) -> None:
     raise UserError(document.problem(text, ("kind",)))
 
 
+def may_be_of(document: Document, kind: str) -> bool:
+    """Whether a file is, or may be meant as, one of this kind: its ``kind:`` is misspelt, unknown or missing."""
+    found = document.value.get("kind")
+    if isinstance(found, str) and found in COMMANDS:
+        return found == kind
+    meant = did_you_mean(found, COMMANDS) if isinstance(found, str) else ""
+    if meant:
+        return meant == did_you_mean(str(found), [kind])
+    return kind in _KEYS and _KEYS[kind] <= set(document.value)
+
+
 def _meant(document: Document, kind: str) -> str:
     """The kind of a file without ``kind:``, from its keys; ``kind`` unless they fit another one better."""
     written = set(document.value)

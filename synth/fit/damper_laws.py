@@ -20,7 +20,7 @@ from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import clipped_rms, root_mean_square
+from synth.fit.uncertainty import clipped_rms, rms_as_recorded
 from synth.remarks import remarks_json
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import DamperCurve, Leg
@@ -126,7 +126,7 @@ def _fit_all(
         final = _fit(model, drops, joint, values, tolerance=0.1)
         if law is LINEAR_LAW:  # the first: from too low a rate, friction converges to zero and stays there
             scale = float(np.exp(final.values[0]))
-        rms = float(root_mean_square(drops, final.predictions)[joint])
+        rms = float(rms_as_recorded(drops, final.predictions)[joint])
         held = float(np.sqrt(np.mean(squares)))
         curve = unknowns.curve(final.values)
         fits.append(LawFit(law, unknowns.natural(final.values), curve, rms, held, tuple(squares)))
@@ -201,7 +201,7 @@ def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, jo
     n = model.chain.layout.n
     weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
     solution = solve(model, drops, FitStart(values, first_locals(drops)), weights, fixed=True, tolerance=1.0)
-    rms = [root_mean_square([r], [p])[joint] for r, p in zip(drops, solution.predictions, strict=True)]
+    rms = [rms_as_recorded([r], [p])[joint] for r, p in zip(drops, solution.predictions, strict=True)]
     return [float(value) ** 2 if np.isfinite(value) else np.pi**2 for value in rms]
 
 

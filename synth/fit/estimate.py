@@ -156,7 +156,7 @@ def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
 
 def cut_or_law(cut: FitResult, law: AnotherLaw | None) -> FitResult:
     """The fit to later samples; its remark is kept where a law leaves no more a sample in all of them."""
-    if law is None or np.any(law.rms > ALIKE_RESIDUALS * np.array(list(cut.rms.values()))):
+    if law is None or np.any(law.rms > ALIKE_RESIDUALS * np.array(list(cut.averaged_rms.values()))):
         return cut
     return replace(cut, warnings=(cut.warnings[0], law.sentence_beside_cut, *cut.warnings[1:]))
 

@@ -16,10 +16,11 @@ from synth.swing.leg_model import DamperCurve
 class LegFitOptions:
     """Options of a fit.
 
-    ``free_angle``: auto, common or per_trial. ``weight``: noise (residuals over each joint's noise), amplitude (and
-    over the joint's amplitude in each trial) or equal (one noise for all). ``curves``: joint name -> known torque-speed
-    curve. ``prior``: standard deviations of the leg file's own values. ``near``: an earlier fit of the same recordings,
-    the start of this one, whose free angles and spread are kept. ``static``: poses in which the leg was held still by
+    ``free_angle``: auto, common or per_trial. ``weight``: noise (residuals over each joint's noise, one of all
+    trials), amplitude (and over the joint's amplitude in each trial) or equal (one noise for all). ``curves``:
+    joint name -> known torque-speed curve. ``prior``: standard deviations of the leg file's own values. ``near``:
+    an earlier fit of the same recordings, the start of this one, whose free angles and spread are kept. ``static``:
+    poses in which the leg was held still by
     known torques. ``intervals``: from sensitivities, or by bootstrap with resampled residuals. ``tolerance``:
     uncertainty of the leg file's links, included in the intervals; None: the links are known exactly. ``release``:
     ``free``: a driven beginning is detected and cut (``free_motion_start``); ``recorded``: all samples are free motion.

@@ -199,7 +199,8 @@ class FitResult:
     """A fitted leg; ``leg`` has the estimated springs and dampers.
 
     By joint, over all counted samples of the fitted trials: ``rms`` rad, the plain root mean square; ``clipped_rms``
-    rad, with residuals truncated at six robust standard deviations, from which the fit estimates its noise.
+    rad, with residuals truncated at six robust standard deviations, from which the fit estimates its noise. Of thinned
+    recordings ``rms`` and ``noise`` are of the samples as recorded, ``clipped_rms`` of their means, which were fitted.
     """
 
     leg: Leg
@@ -236,6 +237,15 @@ class FitResult:
         """Where the fit begins after the release, the trials know it: what needs the start is not measured."""
         if self.cut:
             object.__setattr__(self, "trials", tuple(trial.begun_late() for trial in self.trials))
+
+    @property
+    def averaged_rms(self) -> Mapping[str, float]:
+        """As ``rms`` of the angles that were fitted, the means of samples of thinned recordings; nan without any."""
+        off = np.concatenate([trial.measured - trial.fitted for trial in self.trials if not trial.held_out])
+        known = np.isfinite(off)
+        square = np.where(known, off, 0.0) ** 2
+        rms = np.sqrt(np.where(known.any(axis=0), square.sum(axis=0), np.nan) / np.maximum(known.sum(axis=0), 1))
+        return dict(zip(self.leg.joint_names, rms.tolist(), strict=True))
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""

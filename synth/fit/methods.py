@@ -26,7 +26,7 @@ from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import FittedTreatments, Treatment, result_of
-from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square, shift_variances
+from synth.fit.uncertainty import clipped_rms, correlation_times, rms_as_recorded, shift_variances
 from synth.remarks import at_joint
 from synth.swing.leg_model import DamperCurve, Leg
 
@@ -191,12 +191,14 @@ def _over_all_samples(result: FitResult, recordings: Sequence[Recording]) -> Fit
     """A result of thinned recordings with its residuals over all their samples."""
     leg = result.leg
     predictions = [leg.to_rotation(trial.fitted) for trial in result.trials]
-    rms, clipped = (measure(recordings, predictions).tolist() for measure in (root_mean_square, clipped_rms))
+    rms, clipped = (measure(recordings, predictions).tolist() for measure in (rms_as_recorded, clipped_rms))
     trials = []
     for trial, recording in zip(result.trials, recordings, strict=True):
         measured = leg.to_measured(np.where(recording.counts, recording.rotation, np.nan))
         counted, off = recording.counts.any(axis=0), np.full(len(leg.joints), np.nan)
         off[counted] = np.sqrt(np.nanmean((measured - trial.fitted)[:, counted] ** 2, axis=0))
+        if recording.spread is not None:
+            off = rms_as_recorded([recording], [leg.to_rotation(trial.fitted)])
         trials.append(replace(trial, measured=measured, rms=off))
     return replace(
         result,

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from synth.arrays import Array, Mask
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.ridge import MISFIT
 from synth.remarks import at_joint
@@ -27,16 +28,19 @@ def follower(options: LegFitOptions) -> str:
     return "the robot's leg, with its links, gravity and any linear dampers,"
 
 
-def misfits(
-    rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float], options: LegFitOptions
-) -> list[str]:
-    """Sentences on joints whose motion the fit does not explain; plain and truncated RMS and samples' scatter in rad.
+def lacking(clipped: Array, scatter: Array) -> Mask:
+    """(n,) whether the fit does not explain a joint's motion; truncated RMS and samples' scatter (n,) rad.
 
-    The truncated RMS decides, so that a glitch alone does not count.
+    Truncated, so that a glitch alone does not count.
     """
+    return np.asarray(clipped > np.maximum(MISFIT * scatter, LEAST_MISFIT))
+
+
+def misfits(rms: Mapping[str, float], scatter: Mapping[str, float], lacks: Mask, options: LegFitOptions) -> list[str]:
+    """Sentences on the joints that ``lacks`` (n,) marks; plain RMS and samples' scatter in rad."""
     leg, found = follower(options), list[str]()
-    for name, left in rms.items():
-        if clipped[name] <= MISFIT * scatter[name] or clipped[name] <= LEAST_MISFIT:
+    for (name, left), unexplained in zip(rms.items(), lacks.tolist(), strict=True):
+        if not unexplained:
             continue
         off, noise = (f"{significant(np.degrees(each), 2)} deg" for each in (left, scatter[name]))
         if leg:

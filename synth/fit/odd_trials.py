@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.arrays import Array, finite_median
-from synth.motion.noise import MAD_TO_SD
+from synth.noise import MAD_TO_SD
 from synth.units import significant
 
 LEAST_TRIALS = 3  # trials needed to identify a different one

@@ -140,7 +140,7 @@ def _frozen(recording: Recording, joint: int) -> str:
 def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> list[str]:
     """If the fit is poor: the joint whose changed sign or zero would make it good."""
     recordings = recordings_from(recordings, result.cut) or recordings if result.cut else recordings
-    left = np.array([result.rms[name] for name in leg.joint_names])
+    left = np.array([result.averaged_rms[name] for name in leg.joint_names])
     scatter = sample_scatter(recordings)
     poor = (left > POOR_SHARE * _motion(recordings)) & (left > SCATTER_ALONE * scatter)
     # A wrong sign need not leave much: an absurdly strong damper may hide it.
@@ -206,7 +206,8 @@ def _in_convention(recording: Recording, j: int, old: Joint, new: Joint) -> Reco
     if own is not None:
         own = own.with_joints(**{own.joints[j].name: {"sign": new.sign, "zero": new.zero}})
     smoothed = replace(smoothed, angle=angle, rate=rate)
-    return replace(recording, rotation=rotation, smoothed=smoothed, known_torque=known, signals=signals, leg=own)
+    made = replace(recording, rotation=rotation, smoothed=smoothed, known_torque=known, signals=signals, leg=own)
+    return replace(made, spread=None)  # no figure is stated of it
 
 
 def _residual_left(leg: Leg, recordings: Sequence[Recording], hopeful: float = np.inf) -> float:

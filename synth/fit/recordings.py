@@ -13,6 +13,7 @@ from synth.arrays import Array, Mask
 from synth.drives.servo import Servo, ServoSignals
 from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
+from synth.motion.group_spread import GroupSpread
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
@@ -59,6 +60,7 @@ class Recording:
     unit: float = 1.0
     unwrapped: str = ""
     unusual: tuple[tuple[str, float], ...] = ()
+    spread: GroupSpread | None = None  # of the samples about the angles; None: each angle is a sample
 
     @cached_property
     def step(self) -> float:
@@ -156,6 +158,7 @@ class Recording:
             smoothed=smoothed,
             known_torque=known,
             signals=drive_signals,
+            spread=self.spread and self.spread.rows(slice(first, None)),
         )
 
     def between(self, begin: float, end: float) -> Recording:
@@ -176,6 +179,7 @@ class Recording:
             smoothed=smoothed,
             known_torque=None if known is None else (known[0] - begin, known[1]),
             signals=None if self.signals is None else self.signals.later(begin),
+            spread=self.spread and self.spread.rows(inside),
         )
 
     def stretched(self, factor: float) -> Recording:
@@ -191,13 +195,15 @@ class Recording:
         smoothed = replace(
             old, time=old.time * factor, rate=old.rate / factor, width=old.width * factor, pace=old.pace * factor
         )
-        return replace(self, time=self.time * factor, smoothed=smoothed)
+        spread = self.spread and self.spread.stretched(factor)
+        return replace(self, time=self.time * factor, smoothed=smoothed, spread=spread)
 
     def thinned(self, samples: int) -> Recording:
         """The same motion with about ``samples`` of each joint's samples, evenly spaced."""
         kept = every_nth(self.moments, samples)
-        some = kept.any(axis=1)
-        return replace(self, time=self.time[some], rotation=self.rotation[some], counts=(self.counts & kept)[some])
+        some = np.asarray(kept.any(axis=1))
+        counts, spread = (self.counts & kept)[some], self.spread and self.spread.rows(some)
+        return replace(self, time=self.time[some], rotation=self.rotation[some], counts=counts, spread=spread)
 
 
 def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None = None) -> list[Recording]:
@@ -270,6 +276,7 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         thin.averaged,
         unwrapped=_jump_message(leg, trial),
         unusual=tuple((name, wide) for name, wide in zip(leg.joint_names, trial.unusual, strict=False) if wide),
+        spread=thin.spread,
     )
 
 

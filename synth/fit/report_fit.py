@@ -20,7 +20,7 @@ from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
-from synth.fit.misfits import follower, misfits
+from synth.fit.misfits import follower, lacking, misfits
 from synth.fit.model_error import ModelError
 from synth.fit.none_rates import NoneRates, none_rates
 from synth.fit.point_check import LeftOutPoint
@@ -32,7 +32,14 @@ from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
 from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import trial_fits
-from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
+from synth.fit.uncertainty import (
+    clipped_rms,
+    covariance,
+    mass_scale_sentence,
+    not_separable,
+    rms_as_recorded,
+    scatter_as_recorded,
+)
 from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import Remark, at_joint, noted
 from synth.swing.effects import effect_named
@@ -103,7 +110,7 @@ def result_of(
     alone, nones = _none_rates(model, fitted, solutions, links)
     offsets = interval_ends(unknowns, (mode, chosen), spreads, refits, nones, fitted.error, fitted.least)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
-    rms = {name: _by_joint_name(names, root_mean_square(recordings, s.predictions)) for name, s in solutions.items()}
+    rms = {name: _by_joint_name(names, rms_as_recorded(recordings, s.predictions)) for name, s in solutions.items()}
     own_angles = _own_free_angles(unknowns, mode, offsets[mode])
     static, edges = _static(unknowns, fitted), at_edges(unknowns, chosen.values, nones[mode].places)
     drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
@@ -111,7 +118,7 @@ def result_of(
     made = _fitted_leg(leg, joints[mode])
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     left = clipped_rms(recordings, chosen.predictions)
-    clipped, noise = (_by_joint_name(names, each) for each in (left, scatter))
+    clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
     ridges, scale = (*fitted.softened, *(each.sentence for each in alike)), _mass_scale(unknowns, recordings)
     known = Known(alone, _of_links_and_law(nones[mode].links, fitted.error, alone), offsets[mode], widths)
@@ -129,7 +136,7 @@ def result_of(
         warnings=(
             *_first_sentences(fitted, leg, recordings),
             *lost,
-            *([] if fitted.searched else misfits(rms[mode], clipped, noise, options)),
+            *([] if fitted.searched else misfits(rms[mode], noise, lacking(left, scatter), options)),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles, follower(options)),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array, Mask
 from synth.estimation.autoregression import Autoregression, best_order, nearest_possible, pair_products
 from synth.estimation.correlation import alike_steps, correlation_factors
-from synth.motion.noise import MAD_TO_SD
+from synth.noise import MAD_TO_SD
 from synth.units import significant
 
 ORDER = 60  # most coefficients of an autoregression; what is left of the correlation is in the blocks

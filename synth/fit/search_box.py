@@ -1,7 +1,7 @@
 """How far a fit searches: bounds of the rates and rest angles, and the unit of time of its constants.
 
 Both follow from the recordings, so that an insect's joint at 200 Hz, a crane and a damper a thousand times as strong
-as its link are fitted as a limb is. The recordings' pace is half a radian of the fastest motion seen (``motion.pace``),
+as its link are fitted as a limb is. The recordings' pace is half a radian of the fastest motion seen (``synth.pace``),
 and about a quarter of the time constant of a joint that creeps.
 """
 

@@ -12,7 +12,7 @@ from synth.estimation.intervals import NORMAL90
 from synth.fit.fit_result import JointFit, RecordedMotion, StartFit, TrialFit
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
-from synth.fit.uncertainty import residuals
+from synth.fit.uncertainty import residuals, rms_as_recorded
 from synth.motion.first_state import FirstState
 from synth.remarks import noted
 from synth.sampling import usual_step
@@ -43,6 +43,8 @@ def trial_fits(
         counted = np.asarray(recording.counts.any(axis=0))
         rms = np.full(len(counted), np.nan)
         rms[counted] = np.sqrt(np.nanmean(residual[:, counted] ** 2, axis=0))
+        if recording.spread is not None:
+            rms = rms_as_recorded([recording], [prediction])
         smoothed = recording.smoothed
         free, driven = recording.free, is_driven(recording.known_torque, recording.signals)
         motion = RecordedMotion(

@@ -15,7 +15,7 @@ from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
-from synth.motion.noise import MAD_TO_SD
+from synth.noise import MAD_TO_SD
 from synth.remarks import Remark, at_joint
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
@@ -33,9 +33,39 @@ def residuals(recording: Recording, prediction: Array) -> Array:
 
 
 def root_mean_square(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
-    """(n,) rad, the plain root mean square over all trials' counted samples; nan for a joint without any."""
+    """(n,) rad, the plain root mean square over all trials' counted angles; nan for a joint without any.
+
+    Where a recording is thinned, these are means of samples: it is for comparisons of fits of the same recordings, and
+    ``rms_as_recorded`` is stated.
+    """
     return np.array([float(np.sqrt(np.mean(column**2))) if len(column) else np.nan
                      for column in _by_joint(recordings, predictions)])  # fmt: skip
+
+
+def rms_as_recorded(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
+    """(n,) rad, the plain root mean square over all samples as recorded; nan for a joint without any.
+
+    Of a thinned recording over all samples of its counted groups, see ``GroupSpread``.
+    """
+    if all(recording.spread is None for recording in recordings):
+        return root_mean_square(recordings, predictions)
+    parts = [_squares(recording, prediction) for recording, prediction in zip(recordings, predictions, strict=True)]
+    square, count = (np.sum(each, axis=0) for each in zip(*parts, strict=True))
+    return np.asarray(np.sqrt(np.where(count > 0.0, square, np.nan) / np.maximum(count, 1.0)))
+
+
+def _squares(recording: Recording, prediction: Array) -> tuple[Array, Array]:
+    """(n,) rad^2, sum of a recording's squared residuals over its samples, and their number (n,)."""
+    off = recording.rotation - prediction
+    good = recording.counts & np.isfinite(off)
+    if recording.spread is None:
+        return np.sum(np.where(good, off, 0.0) ** 2, axis=0), good.sum(axis=0).astype(float)
+    rate = np.zeros_like(off)
+    for j in np.flatnonzero(good.sum(axis=0) > 2):
+        rows = good[:, j]
+        rate[rows, j] = np.gradient(prediction[rows, j], recording.time[rows], edge_order=2)
+    squares = recording.spread.squares(np.where(good, off, 0.0), rate)
+    return np.sum(np.where(good, squares, 0.0), axis=0), np.sum(np.where(good, recording.spread.sums[0], 0.0), axis=0)
 
 
 def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
@@ -81,6 +111,26 @@ def sample_scatter(recordings: Sequence[Recording]) -> Array:
     seen = np.isfinite(squares).sum(axis=0)
     found = np.sqrt(np.where(seen, np.nansum(squares, axis=0), np.nan) / np.maximum(seen, 1)) + 1e-9
     return np.asarray(np.fmax(found, np.where(np.isnan(found), np.nan, encoder_counts(recordings) / np.sqrt(12.0))))
+
+
+def scatter_as_recorded(recordings: Sequence[Recording], scatter: Array) -> Array:
+    """(n,) rad, the ``scatter`` (n,) of the angles about the motion, and of samples about thinned means."""
+    if all(recording.spread is None for recording in recordings):
+        return scatter
+    inside = np.array([_inside_groups(recording) for recording in recordings])
+    seen = np.array([recording.counts.any(axis=0) for recording in recordings])
+    return np.asarray(np.sqrt(scatter**2 + np.where(seen, inside, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)))
+
+
+def _inside_groups(recording: Recording) -> Array:
+    """(n,) rad^2, mean square of the samples about their groups' angles, along the smoothed motion."""
+    if recording.spread is None:
+        return np.zeros(recording.rotation.shape[1])
+    smoothed = recording.smoothed
+    rate = np.stack([np.interp(recording.time, smoothed.time, column) for column in smoothed.rate.T], axis=1)
+    squares = np.where(recording.counts, recording.spread.squares(np.zeros_like(rate), rate), 0.0)
+    samples = np.where(recording.counts, recording.spread.sums[0], 0.0)
+    return np.asarray(squares.sum(axis=0) / np.maximum(samples.sum(axis=0), 1.0))
 
 
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:

@@ -24,7 +24,7 @@ from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.switch_on import LATE_ANGLE, PUSHED, noise_of, push_begins
 from synth.jump.hopper_leg import HopperLeg
-from synth.motion.noise import white_noise
+from synth.noise import white_noise
 
 ZERO = np.radians(10.0)  # largest error of an encoder's zero
 LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.noise import robust_deviation
+from synth.noise import robust_deviation
 
 WIDTHS = (41, 11)  # samples that are smoothed together; the wider that loses nothing is taken
 SMALL = 0.05  # of the largest voltage: more is no sensor's noise but a source that switches

@@ -19,7 +19,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.files.log_clock import begins_at
-from synth.motion.noise import difference_scale, robust_deviation
+from synth.noise import difference_scale, robust_deviation
 
 PUSHED = 1.2  # weights of ground force that only a push gives: a leg at rest has one
 DRAWN, TURNED = 0.5, 0.5  # of the largest current and of the angle that the leg opens by: in the push for certain

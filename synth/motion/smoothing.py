@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
-from synth.motion.noise import robust_deviation
-from synth.motion.pace import pace
+from synth.noise import robust_deviation
+from synth.pace import pace
 from synth.sampling import channel_step, usual_step
 
 Indices = NDArray[np.intp]
@@ -35,7 +35,7 @@ class Smoothed:
 
     ``noise`` (n_joint,) rad is the scatter of the samples (not of the grid) about the polynomials; ``gap`` (n,) marks
     grid points in a gap of the recording; ``width`` s is the polynomials' support, ``pace`` s its time scale, see
-    ``motion.pace``.
+    ``synth.pace``.
     """
 
     time: Array

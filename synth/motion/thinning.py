@@ -19,7 +19,8 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.motion.counts import coarse_count
-from synth.motion.noise import white_noise
+from synth.motion.group_spread import GroupSpread
+from synth.noise import white_noise
 from synth.sampling import own_moments, usual_step
 
 UNTHINNED_SAMPLES = 6_000  # samples, up to which a recording is unchanged
@@ -36,7 +37,8 @@ HOLE = 1.5  # times its usual length, above which a group contains a gap
 class ThinnedRecording:
     """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); groups of ``group`` samples out of ``rows``.
 
-    ``averaged`` (n,) : readings in each angle; 1 where the middle one of a group stands for it.
+    ``averaged`` (n,) : readings in each angle; 1 where the middle one of a group stands for it. ``spread`` : of the
+    samples about the angles; None without thinning.
     """
 
     time: Array
@@ -45,6 +47,7 @@ class ThinnedRecording:
     group: int
     rows: int
     averaged: tuple[int, ...]
+    spread: GroupSpread | None = None
 
     @property
     def sentence(self) -> str:
@@ -92,12 +95,15 @@ def _thin_apart(time: Array, angle: Array, lost: Mask, own: Mask) -> ThinnedReco
     parts = [thin_recording(time[r], angle[r][:, j], lost[r][:, j]) for j in groups for r in [own[:, j[0]]]]
     every = np.unique(np.concatenate([part.time for part in parts]))
     together, missing = np.full((len(every), own.shape[1]), np.nan), np.ones((len(every), own.shape[1]), dtype=bool)
-    averaged = np.ones(own.shape[1], dtype=int)
+    averaged, spread = np.ones(own.shape[1], dtype=int), GroupSpread.single(len(every), own.shape[1])
     for j, part in zip(groups, parts, strict=True):
         at = np.ix_(np.searchsorted(every, part.time), j)
         together[at], missing[at], averaged[j] = part.angle, part.lost, part.averaged
+        if part.spread is not None:
+            spread.sums[:, at[0], at[1]] = part.spread.sums
     group = max(part.group for part in parts)
-    return ThinnedRecording(every, together, missing, group, len(time), tuple(averaged.tolist()))
+    thinned = spread if group > 1 else None
+    return ThinnedRecording(every, together, missing, group, len(time), tuple(averaged.tolist()), thinned)
 
 
 def _odd_size(group: int) -> int:
@@ -138,4 +144,6 @@ def _group_means(time: Array, angle: Array, lost: Mask, group: int, counts: Arra
     length = time[group - 1 + group * np.arange(count)] - time[group * np.arange(count)]
     few |= (length > HOLE * np.median(length))[:, None]
     averaged = tuple(np.where(counts > 0.0, 1, group).tolist())
-    return ThinnedRecording(_means(time, group), mean, few, group, len(time), averaged)
+    middles = _means(time, group)
+    spread = GroupSpread.of((time, angle, lost), (middles, mean), group)
+    return ThinnedRecording(middles, mean, few, group, len(time), averaged, spread)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-# s, middle of the paces (``motion.pace``) of rats' (0.006 to 0.025 s), robot legs' (0.018 to 0.043 s) and slower limbs.
+# s, middle of the paces (``synth.pace``) of rats' (0.006 to 0.025 s), robot legs' (0.018 to 0.043 s) and slower limbs.
 USUAL = 0.022
 STEP = 20.0  # ratio of one unit to the next: limbs from 0.8 to 16 Hz have the unit 1 s
 

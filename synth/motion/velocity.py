@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.noise import white_noise
 from synth.motion.smoothing import Smoothed, odd_points, polynomial_noise, savitzky_golay
+from synth.noise import white_noise
 
 SCALE_ERROR = 0.15  # largest scale error of a velocity that is accepted as the angle's
 # Least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less

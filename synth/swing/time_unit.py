@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 
-USUAL_PACE = 0.04  # s, see ``motion.pace``: half a radian of a limb at 2 Hz
+USUAL_PACE = 0.04  # s, see ``synth.pace``: half a radian of a limb at 2 Hz
 # Power of time in each unit; a newton is kg m/s^2.
 _OF_UNIT = {"s": 1, "ms": 1, "min": 1, "Hz": -1, "rpm": -1, "N": -2, "ozf": -2, "lbf": -2, "J": -2, "W": -3}
 _FACTOR = re.compile(r"([*/]?)\s*([A-Za-z]+)(?:\s*\^\s*(-?\d+))?")
 
 
 def time_unit(pace: float) -> float:
-    """The unit, s, for a motion of this ``pace``, s (see ``motion.pace``): 1 at 2 Hz."""
+    """The unit, s, for a motion of this ``pace``, s (see ``synth.pace``): 1 at 2 Hz."""
     return pace / USUAL_PACE if pace > 0.0 else 1.0
 
 

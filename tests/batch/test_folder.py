@@ -55,6 +55,52 @@ def test_projects_are_found_by_kind_and_named_by_their_place(tmp_path: Path) -> 
         find_projects(tmp_path / "c")
 
 
+KEYS = "leg: x.leg.yaml\ntrials: [a.csv]\n"
+TEXTS = {
+    "good.yaml": "kind: fit\n",
+    "large.yaml": "kind: Fit\n",
+    "typed.yaml": "kind: fti\n",
+    "empty.yaml": f"kind:\n{KEYS}",
+    "foreign.yaml": "kind: Deployment\nspec: {}\n",
+    "keys.yaml": f"kind: motion\n{KEYS}",
+    "number.yaml": f"kind: 3\n{KEYS}",
+    "gap.yaml": "kind: Gap\n",
+    "design.yaml": "kind: leg-desing\n",
+    "bare.yaml": "source: {}\ntarget: x.leg.yaml\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "refused"),
+    [
+        ("fit", ["bare", "empty", "keys", "large", "number", "typed"]),
+        ("gap", ["empty", "gap", "keys", "number"]),
+        ("leg-design", ["bare", "design"]),
+    ],
+)
+def test_a_project_whose_kind_is_misspelt_is_counted_and_named(tmp_path: Path, kind: str, refused: list[str]) -> None:
+    for name, text in TEXTS.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "good.yaml").write_text(f"kind: {kind}\n")
+    found = find_projects(tmp_path, kind)
+    assert [item.name for item in found if not item.problems] == ["good"]
+    assert [item.name for item in found if item.problems] == refused
+    said = {item.name: str(item.problems[0].text) for item in found if item.problems}
+    if kind == "fit":
+        assert said["large"] == "'Fit' is no kind of file; did you mean fit?"
+        assert said["bare"].endswith('write "kind: leg-design" as the first line')
+
+
+def test_a_folder_run_fails_by_the_name_of_a_project_with_a_misspelt_kind(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    legs = folder_of_legs(tmp_path / "legs", 2)
+    project = legs / "leg_01" / "fit.yaml"
+    project.write_text(project.read_text().replace("kind: fit", "kind: Fit"))
+    assert main(["fit", str(legs), "--dry-run", "--out", str(tmp_path / "out")]) == 2
+    assert f"{project}:1: kind: 'Fit' is no kind of file; did you mean fit?" in capsys.readouterr().err
+
+
 def names_of(folder: Path, *files: str) -> list[str]:
     """The names that projects in these files get."""
     for name in files:

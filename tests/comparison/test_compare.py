@@ -16,7 +16,7 @@ import pytest
 
 from result_fields import require_explained
 from synth.cli import main
-from synth.comparison.compare_sides import Comparison, compare
+from synth.comparison.compare_sides import Comparison, compare, warnings
 from synth.comparison.recorded_sides import standard_release
 from synth.comparison.shown_characteristics import alone
 from synth.comparison.side import MODEL, Side, joints_of
@@ -65,14 +65,24 @@ def test_without_gravity_a_quarter_of_the_spring_and_half_the_damper_move_twice_
     assert apart.differences[0].overall > radians(2)
 
 
-def test_a_familys_pace_divides_the_starting_rate() -> None:
+def test_a_leg_of_another_pace_is_overlaid_in_the_starts_time_and_shows_its_own() -> None:
+    """As above, a leg half as fast: in the starts' time it moves alike, and its frequency is half the other's."""
+    fast, slow = pendulum(4.0, 0.06, 0.0), pendulum(1.0, 0.03, 0.0)
+    start = replace(standard_release(fast, fast.rest, 2.0), rate=np.array([3.0, -2.0]))
+    found = compared(side("fast", fast), side("slow", slow, pace=2.0), starts=[start])
+    assert found.differences[0].overall < radians(0.001)
+    own, half = (each.joints["hip"]["damped_frequency"].median for each in found.characteristics)
+    assert own / half == pytest.approx(2.0, rel=1e-3)
+    assert found.clock == "time / time scale"
+    assert found.as_json()["sides"][1]["pace"]["value"] == 2.0
+
+
+def test_a_side_beside_a_family_of_time_scales_is_said_to_keep_its_time() -> None:
     leg = pendulum(gravity=0.0)
-    start = replace(standard_release(leg, leg.rest, 1.0), rate=np.array([3.0, 0.0]))
-    found = compared(side("a", leg), side("half", leg, pace=2.0), starts=[start])
-    one, half = (motion.rotation for motion in found.overlays[0].motions if motion is not None)
-    step = start.time[1]
-    first = (one[1] - one[0])[0] / step, (half[1] - half[0])[0] / step
-    assert first[0] - first[1] == pytest.approx(1.5, abs=0.05)
+    sides = side("x1", leg), side("x2", leg, pace=2.0), side("robot", leg)
+    sides = *(replace(each, source="family") for each in sides[:2]), sides[2]
+    told = [text for text in warnings(compared(*sides)) if "in its own time" in text]
+    assert [text.partition(":")[0] for text in told] == ["robot"]
 
 
 def test_a_single_joint_alone_is_the_textbook_oscillator() -> None:
@@ -212,18 +222,51 @@ def test_json_is_printed_and_a_second_run_gives_the_same_bytes(
         assert (outs[0] / name).read_bytes() == (outs[1] / name).read_bytes()
 
 
-def test_time_scales_of_a_project_are_a_family(tmp_path: Path) -> None:
-    """The example's motion slowed twice: without gravity k would fall to a quarter, and gravity takes a part of it."""
+def test_time_scales_of_a_project_are_a_family(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The example's motion slowed twice: without gravity k would fall to a quarter, and gravity takes a part of it.
+
+    Each leg is as far from the animal as recorded as its fit at its own scale says, in whatever order.
+    """
     shutil.copytree(EXAMPLES / "leg", tmp_path / "leg")
-    source = f"family={tmp_path / 'leg' / 'leg-design.yaml'}"
-    out = tmp_path / "out"
-    assert main(["compare", source, "--time-scales", "1,2", "--out", str(out), "-q"]) == 0
-    document = json.loads((out / "compare.json").read_text())
-    names = [item["name"] for item in document["sides"]]
-    assert names == ["family animal", "family x1", "family x2"]
-    stiff = [item["alone"]["knee"]["stiffness"]["value"] for item in document["sides"][1:]]
+    source, off = f"family={tmp_path / 'leg' / 'leg-design.yaml'}", {}
+    for scales in ("1,2", "2,1"):
+        out = tmp_path / f"out {scales}"
+        assert main(["compare", source, "--time-scales", scales, "--out", str(out), "-q"]) == 0
+        document = json.loads((out / "compare.json").read_text())
+        require_explained("compare.json", document)
+        sides = {item["name"]: item for item in document["sides"]}
+        assert list(sides) == ["family animal", *(f"family x{scale}" for scale in scales.split(","))]
+        assert [sides[f"family {name}"]["pace"]["value"] for name in ("animal", "x1", "x2")] == [1.0, 1.0, 2.0]
+        assert "slowed" not in sides["family animal"]
+        off[scales] = [sides[f"family x{k}"]["off_reference"]["overall"]["value"] for k in (1, 2)]
+        for k in (1, 2):
+            stated = [figure["value"]["value"] for figure in sides[f"family x{k}"]["stated"]]
+            assert off[scales][k - 1] == pytest.approx(np.sqrt(np.mean(np.square(stated))), rel=1e-3)
+    assert off["1,2"] == off["2,1"]
+    seen = [sides[name]["characteristics"]["knee"]["rise_time"]["value"] for name in ("family animal", "family x2")]
+    assert seen[1] / seen[0] == pytest.approx(2.0, rel=0.1)
+    stiff = [sides[f"family x{k}"]["alone"]["knee"]["stiffness"]["value"] for k in (1, 2)]
     assert stiff[0] / stiff[1] == pytest.approx(4.0, rel=0.15)
-    assert "time scales" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert "time scales" in page
+    assert "time / time scale [s]" in page
+    assert "its time / 2" in capsys.readouterr().out
+
+
+def test_an_animal_that_is_shown_slowed_says_by_how_much(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The project's own time scale, two: rates of its recordings are half of those as recorded."""
+    shutil.copytree(EXAMPLES / "leg", tmp_path / "leg")
+    project = tmp_path / "leg" / "leg-design.yaml"
+    project.write_text(re.sub(r"time: [0-9.]+", "time: 2", project.read_text()))
+    rates = {}
+    for stretch in ([], ["--stretch", "leg-design animal=1"]):
+        out = tmp_path / f"out{len(stretch)}"
+        assert main(["compare", f"{project}", *stretch, "--out", str(out), "-q"]) == 0
+        document = json.loads((out / "compare.json").read_text())
+        rates[document["sides"][0].get("slowed", {}).get("value", 1.0)] = document["starts"][0]["rate"]["hip"]["value"]
+        assert ("slowed 2 times" in capsys.readouterr().out) == (not stretch)
+        assert ("slowed 2 times" in (out / "report.html").read_text()) == (not stretch)
+    assert rates[1.0] / rates[2.0] == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(

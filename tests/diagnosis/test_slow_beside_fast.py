@@ -12,7 +12,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
-from synth.motion.pace import paces
+from synth.pace import paces
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 

@@ -401,17 +401,66 @@ def test_one_recording_in_milliseconds_or_with_exchanged_columns_is_named(tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("slower", "said"),
+    ("slower", "step", "unit"),
     [
-        (1e-3, "1000 times less than the step of the other recordings (0.001 s). Is the time in another unit? With one "
-         "1000 times larger in its header, such as [s] for [ms], they would be 0.001 s apart"),
-        (200.0, "200 times the step of the other recordings (0.001 s). Is the time in another unit? With one "
-         "60 times smaller in its header, such as [s] for [min], they would be 0.00333 s apart"),
+        (1e-3, "1000 times less than the step of the other recordings (0.001 s), and its motion is ",
+         "With one 1000 times larger in its header, such as [s] for [ms], they would be 0.001 s apart"),
+        (200.0, "200 times the step of the other recordings (0.001 s), and its motion is ",
+         "With one 60 times smaller in its header, such as [s] for [min], they would be 0.00333 s apart"),
     ],
 )  # fmt: skip
-def test_the_unit_that_makes_the_clocks_agree_is_named(tmp_path: Path, slower: float, said: str) -> None:
+def test_the_unit_that_makes_the_clocks_agree_is_named(tmp_path: Path, slower: float, step: str, unit: str) -> None:
     (problem,) = several(tmp_path, lambda values: values * [slower, 1.0, 1.0])
-    assert problem.text.endswith(said)
+    assert step in problem.text
+    assert problem.text.endswith(f"Is the time in another unit? {unit}")
+
+
+def swings(folder: Path, name: str, step: float, wrong: float = 1.0, amplitude: float = 20.0) -> None:
+    """A swing of 2 Hz in 2 s with 0.05 deg of noise, ``step`` s apart, its clock ``wrong`` times too slow."""
+    time = np.arange(0.0, 2.0, step)
+    angles = np.outer(np.exp(-time) * np.cos(4.0 * np.pi * time), [amplitude, -0.5 * amplitude])
+    angles += np.random.default_rng(len(time)).normal([90.0, 150.0], 0.05, angles.shape)
+    rows = [f"{wrong * t:.12g},{hip:.6g},{knee:.6g}" for t, (hip, knee) in zip(time, angles, strict=True)]
+    put(folder, csv_text(rows=rows), name)
+
+
+@pytest.mark.parametrize("steps", [(1 / 30, 1e-4), (0.05, 1e-4, 1e-4), (1e-4, 1 / 30, 1 / 30), (0.05, 5e-5)])
+def test_a_camera_and_a_fast_encoder_that_saw_the_same_swing_are_read_together(
+    tmp_path: Path, steps: tuple[float, ...]
+) -> None:
+    for k, step in enumerate(steps):
+        swings(tmp_path, f"{k}.csv", step)
+    assert len(read_trials(["*.csv"], tmp_path, LEG)) == len(steps)
+
+
+@pytest.mark.parametrize(
+    ("step", "wrong", "said"),
+    [
+        (1e-4, 1e3, "times as slow as theirs. Is the time in another unit? With one 1000 times smaller in its header"),
+        (2e-3, 60.0, "times as slow as theirs. Is the time in another unit? With one 60 times smaller in its header"),
+        (5e-3, 1e-3, "times as fast as theirs. Is the time in another unit? With one 1000 times larger in its header"),
+    ],
+)
+def test_a_swing_in_another_unit_of_time_is_refused_at_other_rates_too(
+    tmp_path: Path, step: float, wrong: float, said: str
+) -> None:
+    for k in range(3):
+        swings(tmp_path, f"{k}.csv", 1e-3)
+    swings(tmp_path, "other.csv", step, wrong)
+    with pytest.raises(UserError) as caught:
+        read_trials(["*.csv"], tmp_path, LEG)
+    (problem,) = caught.value.problems
+    assert problem.file == "other.csv"
+    assert said in problem.text
+
+
+def test_at_very_different_rates_a_recording_without_motion_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    swings(tmp_path, "camera.csv", 1 / 30)
+    swings(tmp_path, "still.csv", 1e-4, amplitude=0.0)
+    with pytest.raises(
+        UserError, match="If it is, leave out rows of the denser recordings, until the steps differ less"
+    ):
+        read_trials(["*.csv"], tmp_path, LEG)
 
 
 @pytest.mark.parametrize(

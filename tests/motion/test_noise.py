@@ -11,7 +11,7 @@ import pytest
 
 from synth.arrays import Array, finite_median
 from synth.motion.counts import COARSE_NOISE, coarse_count
-from synth.motion.noise import MAD_TO_SD, robust_deviation, unit_differences, white_noise
+from synth.noise import MAD_TO_SD, robust_deviation, unit_differences, white_noise
 
 ROOT = Path(__file__).resolve().parents[2]
 NOISE = np.radians(0.05)
@@ -74,4 +74,4 @@ def test_the_factor_and_the_differences_are_written_once() -> None:
         for path in (ROOT / tree).rglob("*.py")
         if factor.search(text := path.read_text(encoding="utf-8")) or binomials.search(text)
     }
-    assert places == {"synth/motion/noise.py"}
+    assert places == {"synth/noise.py"}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.motion.pace import pace, paces
 from synth.motion.smoothing import smooth
 from synth.motion.velocity import unlike, with_velocities
+from synth.pace import own_paces, pace, paces
 
 GRID = np.arange(2001) * 1e-3
 OMEGA = 15.0
@@ -100,3 +100,14 @@ def test_each_joint_has_its_own_pace() -> None:
     assert fast == pytest.approx(0.505 / (5.0 * OMEGA), rel=0.1)
     assert np.isnan(resting)
     assert pace(1e-3, both) == fast
+
+
+def test_channels_of_other_rates_in_one_table_have_the_pace_of_their_own_samples() -> None:
+    """Every hundredth sample of the second, a third at rest."""
+    time = np.arange(0.0, 2.0, 1e-4)
+    swing = np.exp(-time) * np.sin(OMEGA * time)
+    table = np.column_stack([swing, np.where(np.arange(len(time)) % 100 == 0, swing, np.nan), np.full(len(time), 2.0)])
+    dense, rare, resting = own_paces(time, table)
+    assert dense == pytest.approx(pace(1e-4, swing[:, None]), rel=1e-9)
+    assert rare == pytest.approx(dense, rel=0.05)
+    assert np.isnan(resting)

@@ -26,7 +26,7 @@ from synth.units import quantity
 
 HOLE_STEPS = 4.5  # times the usual step, as in ``motion.smoothing``
 MOST_JITTER = 0.2  # of the step, RMS: more jitter suggests wrong time stamps rather than samples
-SINUSOID_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``motion.pace``
+SINUSOID_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``synth.pace``
 # A clock in ms is wrong by a thousand. Frequencies of a leg with effects lie within a few times the nominal ones.
 OTHER_CLOCK_RATIO = 30.0
 

@@ -14,7 +14,7 @@ FIT = {
     "joints.NAME.free_angle": "Measured angle at which the spring is unloaded. Of a spring that may not be there its "
     "interval is all that the search allows.",
     "joints.NAME.free_angle_spread": "Standard deviation of the free angle from trial to trial.",
-    "rms.NAME": "Root mean square of the joint's angle error over all counted samples.",
+    "rms.NAME": "Root mean square of the joint's angle error over all counted samples, of thinned recordings too.",
     "clipped_rms.NAME": "The same with residuals truncated at six robust standard deviations.",
     "noise.NAME": "The joint's noise as estimated by the fit.",
     "free_angle.mode": "`common` or `per_trial`.",

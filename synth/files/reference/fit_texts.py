@@ -54,7 +54,8 @@ KEYS: dict[str, str] = {
     "tip_mass.at": "Its distance from the last joint along the link; default: the link's end.",
     "fit_options.method": "Estimation method; `piecewise` and `swarm` are the thesis' methods.",
     "fit_options.cost": "Cost to minimise: angle errors, the same with the first swing weighted, or characteristics.",
-    "fit_options.weight": "Divisor of the residuals: each joint's noise, its amplitude, or one number for all.",
+    "fit_options.weight": "Divisor of the residuals: each joint's noise over all trials, its amplitude, or one number "
+    "for all. A sample of a noisy trial weighs as much as one of a fine trial: hold a much noisier one out.",
     "fit_options.seed": SEED,
     "fit_options.intervals": "From the Jacobian at the optimum, or from 200 refits to resampled residuals.",
     "tolerance.length": "Of each link's length.",

@@ -92,8 +92,8 @@ COMPARE = {
     "sides[].kind": "`model` or `recording`.",
     "sides[].leg": "Its leg's name.",
     "sides[].recordings": "Number of its motions.",
-    "sides[].pace": "Its natural pace over the first side's.",
-    "sides[].slowed": "Factor by which its motion is slowed down for the comparison.",
+    "sides[].pace": "How many times slower than the starts it moves; overlaid in their time, its own over this.",
+    "sides[].slowed": "Factor by which its motion, as recorded or simulated, is slowed down for the comparison.",
     "sides[].joints.NAME.NAME": "A parameter of the joint, with its interval if there is one.",
     "sides[].characteristics.NAME.NAME": "A characteristic of the joint's motion: median and spread over the "
     "starts at which every side shows it.",

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array, Mask
 from synth.motion.importers.foreign_data import name_list
 from synth.motion.importers.swaps import SMOOTHER, STRIDES, Steps, side_steps
-from synth.motion.noise import robust_deviation
+from synth.noise import robust_deviation
 
 MOST_EXCHANGED = 0.5  # share of exchanged frames: with more, the first frame may be wrong as well
 MOST_NAMED = 6  # times in a note

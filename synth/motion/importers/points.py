@@ -18,7 +18,7 @@ from synth.files.import_project import Mapping
 from synth.files.log_clock import LogClock, log_clock
 from synth.motion.importers.foreign_data import Markers, name_list, other_side
 from synth.motion.importers.limb_sides import exchanged_limb
-from synth.motion.noise import MAD_TO_SD
+from synth.noise import MAD_TO_SD
 from synth.swing.leg_model import Leg
 
 STRETCH = 0.2  # of a link's length; with a larger deviation a point is misplaced

@@ -15,7 +15,7 @@ from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
-from synth.motion.pace import paces
+from synth.pace import paces
 from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, registered
 from synth.swing.effects.definition import Need
@@ -30,7 +30,7 @@ LEAST_WARMING_TIME = 15.0  # s, least length of a log that shows a winding warm:
 # second pendulum with a state of its own in each trial, which imitates what the library lacks and wrong masses.
 MOUNT_FREQUENCY_RATIO = 1.5
 MOVING_SHARE = 0.1  # of its largest range in a trial, from which a joint's motion there counts for its pace
-TIMES_THE_PACE = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
+TIMES_THE_PACE = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``synth.pace``
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.noise import white_noise
+from synth.noise import white_noise
+from synth.sampling import channel_step
 
 HALF_DEVIATION = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by this in 0.505 / w
 ORDER = 6  # order of differences that isolate noise
 LEAST_DEVIATION = 5.0  # times its noise, least deviation of a joint for its pace
 OF_SPAN = 50  # fraction of a recording without motion that is used as its pace
+LEAST_SAMPLES = 12  # of a channel, for a pace of its own
+MOST_POINTS = 100_000  # of the grid on which a channel's pace is sought: a long pause has no more
 
 
 def pace(step: float, even: Array) -> float:
@@ -31,6 +34,25 @@ def paces(step: float, even: Array) -> Array:
     """(n_joint,) s, the time of ``pace`` of each joint; nan for one that does not move above its noise."""
     lags = [_lag(even[:, j]) for j in range(even.shape[1])]
     return np.array([np.nan if lag is None else step * lag for lag in lags])
+
+
+def own_paces(time: Array, values: Array) -> Array:
+    """(n_channel,) s, as ``paces`` of a recording as read, each channel at its own samples.
+
+    Parameters
+    ----------
+    time : (m,) s, rising; values : (m, n_channel) in any unit, nan where a channel has no sample.
+    """
+    found = np.full(values.shape[1], np.nan)
+    for j, value in enumerate(values.T):
+        known = np.isfinite(value)
+        if known.sum() < LEAST_SAMPLES:
+            continue
+        at = time[known]
+        step = max(channel_step(time, known), float(at[-1] - at[0]) / MOST_POINTS)
+        grid = np.arange(at[0], at[-1] + 0.5 * step, step)
+        found[j] = paces(step, np.interp(grid, at, value[known])[:, None])[0]
+    return found
 
 
 def _lag(value: Array) -> float | None:
