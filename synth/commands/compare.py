@@ -83,7 +83,8 @@ def compare_text(content: Mapping[str, Any]) -> str:
         off = side.get("off_reference", {})
         overall = off.get("overall", {}).get("value")
         shown = "reference" if side["name"] == content["reference"] else "-" if overall is None else f"{overall:.2f}"
-        rows.append([side["name"], shown, off.get("basis", ""), *(_rates(side["joints"].get(name)) for name in joints)])
+        basis = "no common start" if off and overall is None else off.get("basis", "")
+        rows.append([side["name"], shown, basis, *(_rates(side["joints"].get(name)) for name in joints)])
     return table_text(rows)
 
 
