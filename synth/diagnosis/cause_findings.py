@@ -141,7 +141,9 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         next_experiment(
             plant,
             plant.rivals(judged),
-            reason_for_next_trial(judged.verdict, short, left, within=within, none=judged.none),
+            reason_for_next_trial(
+                judged.verdict, short, left, within=within, none=judged.none, takes=stages.errors.shrink().value
+            ),
             plant.present_odds(judged),
         ),
         (

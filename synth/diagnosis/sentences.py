@@ -303,12 +303,18 @@ def _further_words(further: FurtherCauseWords, floor: Estimate) -> str:
 
 
 def reason_for_next_trial(
-    verdict: Verdict, explanations: Sequence[str], left: Remainder, *, within: bool = False, none: float = 1.0
+    verdict: Verdict,
+    explanations: Sequence[str],
+    left: Remainder,
+    *,
+    within: bool = False,
+    none: float = 1.0,
+    takes: float = 0.0,
 ) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
     ``left`` : by the accepted one. ``within`` : the gap is below the required accuracy. ``none`` : probability that no
-    effect is missing.
+    effect is missing. ``takes`` : share of the gap that the accepted one, or of none the nearest, removes.
     """
     if verdict == "tie":
         return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
@@ -323,6 +329,8 @@ def reason_for_next_trial(
         return f"No effect in the library improves the prediction; {FIRST_TO_SHOW}."
     if verdict == "none":
         return f"These trials show no missing effect; {FIRST_TO_SHOW}."
+    if verdict == "unknown" and takes > MOST_OF_GAP:
+        return "The nearest explanation is not sure enough to be named; here the nearest ones differ most."
     if verdict == "unknown":
         return "The missing effect is unknown; here the nearest explanations differ most."
     return "To confirm the cause against the next most probable one."

@@ -99,6 +99,11 @@ def test_an_error_falls_only_where_it_does(after: float, takes: float, words: st
     assert f"The hip sticks, 80 %; {words}, noise" in sentence("effect", ["the hip sticks"], [], 0.8, told)
 
 
+def test_the_reason_of_another_trial_says_as_the_headline_whether_a_cause_is_near() -> None:
+    assert "not sure enough to be named" in reason_for_next_trial("unknown", [""], FAR, takes=0.74)
+    assert "effect is unknown" in reason_for_next_trial("unknown", [""], FAR, takes=0.04)
+
+
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
     assert reason_for_next_trial("none", [""], LITTLE).startswith("These trials show no missing effect")
     within = reason_for_next_trial("none", [""], LITTLE, within=True)
