@@ -92,7 +92,7 @@ def _rates(joint: Mapping[str, Any] | None) -> str:
     if not joint:
         return "-"
     known = [joint.get(key) for key in ("spring_rate", "damper_rate", "free_angle")]
-    words = [f"{item['value']:.3g}" if item else "-" for item in known]
+    words = ["-" if not item else "unknown" if item.get("unknown") else f"{item['value']:.3g}" for item in known]
     if known[1] is None and joint.get("damper_law"):
         words[1] = "curve"
     return ", ".join(words)

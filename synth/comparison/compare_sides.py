@@ -235,7 +235,7 @@ def table_columns(found: Comparison) -> dict[str, list[Any]]:
     document = found.as_json()
     for side in document["sides"]:
         for joint, values in side["joints"].items():
-            rows += [_row(side, joint, key, value, "90 % interval" if value.get("interval90") else "stated")
+            rows += [_row(side, joint, key, value, _basis(value))
                      for key, value in values.items() if isinstance(value, dict)]  # fmt: skip
             rows += [(side["name"], joint, key, "", value, None, None, "stated")
                      for key, value in values.items() if isinstance(value, str)]  # fmt: skip
@@ -259,4 +259,12 @@ def table_columns(found: Comparison) -> dict[str, list[Any]]:
 
 def _row(side: Mapping[str, Any], joint: str, key: str, value: Mapping[str, Any], basis: str) -> tuple[Any, ...]:
     low, high = value.get("interval90") or (None, None)
-    return side["name"], joint, key, value["unit"], value["value"], low, high, basis
+    known = None if value.get("unknown") else value["value"]
+    return side["name"], joint, key, value["unit"], known, low, high, basis
+
+
+def _basis(value: Mapping[str, Any]) -> str:
+    """Where a joint's value is from; an unknown one has no value in the table."""
+    if value.get("unknown"):
+        return "unknown: its 90 % interval spans a full turn"
+    return "90 % interval" if value.get("interval90") else "stated"

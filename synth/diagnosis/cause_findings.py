@@ -126,7 +126,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     explanations = (causes, *tied)
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
     say("what next")
-    short = [" + ".join(plant.short_text(cause) for cause in each) for each in explanations]
+    short, takes = [" + ".join(map(plant.short_text, each)) for each in explanations], stages.errors.shrink().value
     ranked = _rank_causes(plant, judged, stages.errors, told.causes)
     return Findings(
         found,
@@ -141,9 +141,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         next_experiment(
             plant,
             plant.rivals(judged),
-            reason_for_next_trial(
-                judged.verdict, short, left, within=within, none=judged.none, takes=stages.errors.shrink().value
-            ),
+            reason_for_next_trial(judged.verdict, short, left, within=within, none=judged.none, takes=takes),
             plant.present_odds(judged),
         ),
         (
