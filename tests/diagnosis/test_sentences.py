@@ -136,6 +136,16 @@ def test_a_sentence_states_the_few_parameters_that_carry_a_cause(
     assert all(each.startswith(f"{word} ") for each, word in zip(text.split(", "), words, strict=True)), text
 
 
+def test_shares_and_relative_changes_are_told_in_per_cent_as_on_the_page() -> None:
+    """The sentence had "change of com 0.81, change of inertia 0.33" beside a table with +81 % and +33 %."""
+    found = {"com": Estimate(0.81, "1", 0.6, 1.0), "inertia": Estimate(-0.33, "1", -0.5, -0.2)}
+    text = stated_parameters(Cause("link_inertia", "ankle", found), effect_named("link_inertia"))
+    assert text == "change of com +81 %, change of inertia -33 %"
+    fall = {"torque": Estimate(0.06, "N*m", 0.05, 0.07), "fall": Estimate(0.6, "1", 0.5, 0.7)}
+    told = stated_parameters(Cause("stribeck_friction", "knee", fall), effect_named("stribeck_friction"))
+    assert "fall 60 %" in told
+
+
 def test_the_error_on_trials_that_need_other_tolerances_is_not_mixed_with_that_on_the_others() -> None:
     """One tip mass that only a held-out trial carries hid that friction takes three quarters of the gap elsewhere."""
     parted = PartedErrors((degrees(0.14), degrees(0.064)), (degrees(0.37), degrees(0.46)), (3, 1), 0.77)

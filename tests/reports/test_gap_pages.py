@@ -246,6 +246,15 @@ def test_an_unknown_cause_is_told_as_by_the_headline(written: Folder, takes: flo
     assert ("would make the nearest explanation surer" in page.text) == (takes > 0.5)
 
 
+def test_the_opening_lists_every_cause_that_the_sentence_names(written: Folder) -> None:
+    made = made_result("tie")
+    last = made.ranked[-1].cause
+    for tied, listed in ((made.tied, False), ((*made.tied[:1], (last,)), True)):
+        html = (written(replace(made, tied=tied)) / "report.html").read_text()
+        opening = html[html.index('class="verdict') : html.index("<main>")]
+        assert ("load friction, ankle" in opening) == listed
+
+
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect(written: Folder) -> None:
     _, page = page_of(written(replace(made_result("none"), within_accuracy=True)) / "report.html")
     assert "the gap is below the required accuracy; causes were not judged" in page.text.lower()
