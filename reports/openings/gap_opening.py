@@ -26,8 +26,8 @@ from synth.reports.sections.gap_which import (
 )
 
 MOST_CAUSES = 3  # in the opening, with those that the sentence above it names; its section has all
-# Explanations tied with the first, and causes that alone remove most, that the sentence names.
-TIED_NAMED, MOST_ALONE = 2, 3
+# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names.
+TIED_NAMED, MOST_ALONE, LEAST_ALONE = 2, 3, 0.05
 # In words, how the scored trials were predicted if none was held out.
 HOW = {
     "in_turn": ", each in turn predicted from the others",
@@ -105,7 +105,7 @@ def _listed_causes(document: Json) -> list[Mapping[str, Any]]:
     explanations = [sequence(document, "explanation"), *sequence(document, "tied")[:TIED_NAMED]]
     named = {name_of(cause) for causes in explanations for cause in causes}
     if document.get("verdict") == "unknown":  # it names those that alone remove most
-        alone = [entry for entry in ranked if value_of(entry.get("shrink")) is not None]
+        alone = [entry for entry in ranked if (value_of(entry.get("shrink")) or 0.0) > LEAST_ALONE]
         alone.sort(key=lambda entry: -(value_of(entry.get("shrink")) or 0.0))
         named |= {name_of(entry) for entry in alone[:MOST_ALONE]}
     return [entry for place, entry in enumerate(ranked) if place < MOST_CAUSES or name_of(entry) in named]

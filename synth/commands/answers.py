@@ -31,8 +31,9 @@ MOST_DECIMALS = 6  # of an estimate in a table
 SMALL = 1e-3  # in the unit of a table; a smaller value that needs more decimals is shown with a power of ten
 WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
 MOST_CAUSES = 5  # on the screen: a glance, with those that the sentence names; the report has all
-# Explanations tied with the first, and causes that alone remove most, that the sentence names (``synth.diagnosis``).
-TIED_NAMED, MOST_ALONE = 2, 3
+# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names
+# (``synth.diagnosis.sentences``).
+TIED_NAMED, MOST_ALONE, LEAST_ALONE = 2, 3, 0.05
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 
@@ -148,7 +149,8 @@ def _listed_causes(content: Json) -> list[Json]:
     named = [cause for causes in [content["explanation"], *content.get("tied", [])[:TIED_NAMED]] for cause in causes]
     keys = [(cause["effect"], cause["joint"]) for cause in named]
     if content["verdict"] == "unknown":  # it names those that alone remove most
-        alone = sorted((entry for entry in content["ranked"] if entry.get("shrink")), key=_share_left)
+        helps = (each for each in content["ranked"] if each.get("shrink") and _share_left(each) < 1.0 - LEAST_ALONE)
+        alone = sorted(helps, key=_share_left)
         keys += [(entry["effect"], entry["joint"]) for entry in alone[:MOST_ALONE]]
     return [
         entry
