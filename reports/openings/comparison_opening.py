@@ -11,6 +11,7 @@ from synth.reports.section import mapping, sequence
 from synth.reports.sections import compared
 
 MOST_JOINTS = 4  # whose columns a screen holds
+UNEQUAL = 1.0  # deg, distance of two starts from which they are called nearly the same, as in the notes
 SHORT = (("rise_time", "rise"), ("damping_ratio", "ζ"), ("damped_frequency", "ω"))
 
 
@@ -38,16 +39,27 @@ def _verdict(document: Json) -> str:
         return _family_verdict(document, family)
     known = [(value_of(mapping(side, "off_reference").get("overall")), side) for side in compared.sides_of(document)]
     ranked = sorted(((value, side) for value, side in known if value is not None), key=lambda item: item[0])
+    apart = [str(side.get("name")) for value, side in known if value is None and side.get("name") != reference]
     if not ranked:
         names = joined_names([str(side.get("name")) for side in compared.sides_of(document)])
         return f"{names} share no start: only figures are compared."
     words = [f"{side.get('name')} {brief(mapping(side, 'off_reference').get('overall'))}" for _, side in ranked]
+    without = f" {joined_names(apart)} share{'s' if len(apart) == 1 else ''} no start with it." if apart else ""
     if len(words) == 1:
-        return (
-            f"From the same start {ranked[0][1].get('name')} moves {words[0].rsplit(' ', 1)[1]} (RMS) from {reference}."
-        )
+        name, _, away = words[0].rpartition(" ")
+        return f"From {_same_start(document, name)} {name} moves {away} (RMS) from {reference}.{without}"
     nearest, _, away = words[0].rpartition(" ")
-    return f"{nearest} comes nearest to {reference}, {away} off (RMS); {joined_names(words[1:])}."
+    return f"{nearest} comes nearest to {reference}, {away} off (RMS); {joined_names(words[1:])}.{without}"
+
+
+def _same_start(document: Json, name: str) -> str:
+    """The common start in words: a recording's is another one's only nearly."""
+    apart = [
+        value_of(mapping(start, "recordings", side).get("starts_away_together")) or 0.0
+        for start in sequence(document, "starts")
+        for side in (name, str(document.get("reference")))
+    ]
+    return "nearly the same start" if max(apart, default=0.0) > UNEQUAL else "the same start"
 
 
 def _followed(document: Json) -> str:
@@ -84,17 +96,20 @@ def _family_verdict(document: Json, family: list[Json]) -> str:
 
 def _trust(document: Json) -> str:
     starts = len(sequence(document, "starts"))
+    offs = [mapping(side, "off_reference") for side in compared.sides_of(document)]
+    shared = sorted({count for off in offs if off.get("overall") and isinstance(count := off.get("starts"), int)})
     whose = str(document.get("starts_of"))
     from_where = {"standard": "a standard release", "given": "the given start"}.get(
         whose, f"the recorded starts of {whose}"
     )
-    sides = compared.sides_of(document)
-    bases = {str(mapping(side, "off_reference").get("basis")) for side in sides if side.get("off_reference")}
+    bases = {str(off.get("basis")) for off in offs if off.get("overall")}
     how = {
         frozenset({"measured"}): "all differences are between recordings",
         frozenset({"predicted"}): "each difference has at least one simulated leg",
     }.get(frozenset(bases), "differences between two recordings are measured, all others predicted")
     count = f"{starts} starts" if starts != 1 else "one start"
+    if shared and shared != [starts]:  # what some sides lack is in no figure
+        count = f"{' to '.join(str(shared[k]) for k in sorted({0, len(shared) - 1}))} of {count}"
     return f"Over {count} ({from_where}); {how}." if bases else f"Over {count}: {from_where}."
 
 

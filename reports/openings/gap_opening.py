@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening
 from synth.reports.quantities import brief, percent_interval, share_text, whole_percent
-from synth.reports.reading import Json, Result
+from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import gap_how_far
 from synth.reports.sections.gap_next import entry_text, without_trial
@@ -24,7 +25,9 @@ from synth.reports.sections.gap_which import (
     words_of_none,
 )
 
-MOST_CAUSES = 3  # in the opening; its section has all
+MOST_CAUSES = 3  # in the opening, with those that the sentence above it names; its section has all
+# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names.
+TIED_NAMED, MOST_ALONE, LEAST_ALONE = 2, 3, 0.05
 # In words, how the scored trials were predicted if none was held out.
 HOW = {
     "in_turn": ", each in turn predicted from the others",
@@ -96,18 +99,30 @@ def _steps(document: Json) -> list[str]:
     return [f"{experiment.get('why')}{play}{entry}"]
 
 
+def _listed_causes(document: Json) -> list[Mapping[str, Any]]:
+    """The most probable causes, and those that the sentence names besides."""
+    ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
+    explanations = [sequence(document, "explanation"), *sequence(document, "tied")[:TIED_NAMED]]
+    named = {name_of(cause) for causes in explanations for cause in causes}
+    if document.get("verdict") == "unknown":  # it names those that alone remove most
+        alone = [entry for entry in ranked if (value_of(entry.get("shrink")) or 0.0) > LEAST_ALONE]
+        alone.sort(key=lambda entry: -(value_of(entry.get("shrink")) or 0.0))
+        named |= {name_of(entry) for entry in alone[:MOST_ALONE]}
+    return [entry for place, entry in enumerate(ranked) if place < MOST_CAUSES or name_of(entry) in named]
+
+
 def _figures(document: Json) -> Figures | None:
     """The most probable causes, and the error that remains with them."""
-    ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
+    listed = _listed_causes(document)
     rows = [
         [
             Cell(name_of(entry)),
             Cell(share_text(entry.get("probability"))),
             Cell(whole_percent(entry.get("shrink")), percent_interval(entry.get("shrink"))),
         ]
-        for entry in ranked[:MOST_CAUSES]
+        for entry in listed
     ]
-    others = others_probability(document, ranked[:MOST_CAUSES])
+    others = others_probability(document, listed)
     if others >= LEAST_PROBABILITY:
         rows.append([Cell(OTHERS), Cell(share_text(others)), Cell("–")])
     for key, words in (("none", words_of_none(document)), ("unknown", "not in the library")):

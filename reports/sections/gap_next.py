@@ -9,7 +9,7 @@ from synth.reports.figures.bars import Bar, BarColumn, bar_figure
 from synth.reports.quantities import number
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import ReportSection, mapping, sequence
-from synth.reports.sections.gap_which import leaves_error, sure_of_effect, sure_of_none, within_accuracy
+from synth.reports.sections.gap_which import leaves_error, sure_of_effect, sure_of_none, takes_most, within_accuracy
 
 WIDTH, LABEL = 860.0, 515.0  # px
 # What to do where no trial of the list would help, by ``_open_question``; if nothing is open nothing is left to record.
@@ -17,6 +17,8 @@ NO_TRIAL = {
     "tie": "No usual trial separates the tied explanations: measure what they blame by itself, a spring on a bench for "
     "example. Until then take either; they predict these trials alike.",
     "unknown": "No usual trial shows more of the unknown cause: look at the rig where the remainder is largest.",
+    "unsure": "No usual trial would make the nearest explanation surer: look at the part that it blames, and at the "
+    "rig where the remainder is largest.",
     "whether": "None of the usual trials would show whether an effect is missing: what these trials still allow is too "
     "small for that. A finer sensor, many repeats or far larger swings would show smaller effects.",
     "remainder": "No usual trial shows more of what remains unexplained: look at the rig where it is largest.",
@@ -64,7 +66,7 @@ def _open_question(document: Json) -> str:
         return "whether" if not sure_of_none(document) else "remainder" if leaves_error(document) else ""
     if verdict == "effect":
         return "" if sure_of_effect(document) else "cause"
-    return verdict
+    return "unsure" if verdict == "unknown" and takes_most(document) else verdict
 
 
 def entry_text(trial: Mapping[str, Any]) -> str:

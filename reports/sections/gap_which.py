@@ -25,6 +25,9 @@ WITHIN = "the gap is below the required accuracy; causes were not judged"
 SURE_PROBABILITY = 0.8
 # Noise floors that a remainder may have for the trials to be explained; above, its size is told beside the verdict.
 LARGEST_AT_NOISE = 0.5
+# Of the gap, as of the headline (``MOST_OF_GAP`` in ``synth.diagnosis.sentences``): an explanation that takes more
+# explains the trials, though it is too unsure to be named.
+MOST_OF_GAP = 0.5
 WIDTH, LABEL = 800.0, 236.0  # px
 MOST_BARS = 10  # candidates drawn
 LEAST_PROBABILITY = 0.005  # a candidate less probable than this is counted among the others
@@ -68,10 +71,18 @@ def meaning_of(document: Json) -> str:
             f"nothing in the library improves the prediction of the designed leg; {brief(left.get('rms'))}, "
             f"{number(_number(left.get('times_noise')), 2)} times the noise, remains unexplained"
         )
+    if verdict == "unknown" and takes_most(document):
+        takes = whole_percent(mapping(document, "gap").get("shrink"))
+        return f"the nearest explanation, which takes {takes} of the gap, is not sure enough to be named"
     if verdict != "effect" or sure_of_effect(document):
         return VERDICTS.get(verdict, "")
     unknown = share_text(document.get("probability_unknown"))
     return f"the trials favour this cause; the probability that it is not in the library is {unknown}"
+
+
+def takes_most(document: Json) -> bool:
+    """Whether the explanation takes most of the gap, named or not."""
+    return (value_of(mapping(document, "gap").get("shrink")) or 0.0) > MOST_OF_GAP
 
 
 def sure_of_effect(document: Json) -> bool:

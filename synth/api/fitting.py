@@ -95,7 +95,10 @@ class Fit(Report):
         return f"{self.project.name}: {len(self.joints)} joints fitted to {count} trials, {off}"
 
     def columns(self) -> dict[str, list[Cell]]:
-        """One row per joint: estimates with their 90 % intervals, and the RMS error."""
+        """One row per joint: estimates with their 90 % intervals, and the RMS error.
+
+        A free angle whose interval spans a full turn is unknown, as where a spring may not be there: it has no value.
+        """
         table: dict[str, list[Cell]] = {"joint": list(self.joints)}
         for name, key, unit, factor in (
             ("spring rate", "spring_rate", "N*m/rad", 1.0),
@@ -104,7 +107,8 @@ class Fit(Report):
         ):
             found: list[Estimate | None] = [getattr(joint, key) for joint in self.joints.values()]
             for end, word in (("value", ""), ("low", " low"), ("high", " high")):
-                ends = [None if item is None else getattr(item, end) for item in found]
+                unknown = [item is None or (end == "value" and item.is_any_angle) for item in found]
+                ends = [None if no else getattr(item, end) for item, no in zip(found, unknown, strict=True)]
                 table[f"{name}{word} [{unit}]"] = [None if value is None else value * factor for value in ends]
         table["RMS [deg]"] = [float(np.degrees(self.rms[name])) for name in self.joints]
         return table

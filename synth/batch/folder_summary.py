@@ -40,7 +40,10 @@ def fit_entry(name: str, folder: Path) -> dict[str, Any]:
 
 
 def fit_columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """``fits.csv``: a row per joint of each leg, and one per failed project; ``warnings`` as ``synth fit`` counts."""
+    """``fits.csv``: a row per joint of each leg, and one per failed project; ``warnings`` as ``synth fit`` counts.
+
+    An unknown free angle has its interval and no value.
+    """
     columns: dict[str, list[Any]] = {"leg": [], "state": [], "joint": [], "trials": []}
     for key in ESTIMATES:
         columns |= {f"{key}{end} [{UNITS[key]}]": [] for end in ("", " low", " high")}
@@ -51,7 +54,8 @@ def fit_columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
             for key in ESTIMATES:
                 estimate = estimates.get(key)
                 low, high = (estimate or {}).get("interval90") or (None, None)
-                row += [None if estimate is None else estimate["value"], low, high]
+                known = estimate is not None and not estimate.get("unknown")
+                row += [estimate["value"] if known else None, low, high]
             row += [leg["rms"].get(joint, {}).get("value"), len(leg["warnings"]) + len(leg["not_separable"]), None]
             add_row(columns, row)
     add_failed(columns, content)

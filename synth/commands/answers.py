@@ -30,7 +30,10 @@ LARGEST_AT_NOISE = 0.5  # noise floors, of a gap's remainder: as on the page
 MOST_DECIMALS = 6  # of an estimate in a table
 SMALL = 1e-3  # in the unit of a table; a smaller value that needs more decimals is shown with a power of ten
 WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
-MOST_CAUSES = 5  # on the screen: a glance; the report has all
+MOST_CAUSES = 5  # on the screen: a glance, with those that the sentence names; the report has all
+# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names
+# (``synth.diagnosis.sentences``).
+TIED_NAMED, MOST_ALONE, LEAST_ALONE = 2, 3, 0.05
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 
@@ -125,19 +128,39 @@ def _cell(value: object) -> str:
 
 
 def gap_text(content: Json) -> str:
-    """The most probable causes: probability, and by how much each alone reduces the gap."""
+    """The causes that count: probability, and by how much each alone reduces the gap."""
     rows = [["cause", "joint", "probability", "reduces the gap by"]]
-    for entry in content["ranked"][:MOST_CAUSES]:
+    listed = _listed_causes(content)
+    for entry in listed:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
         shown = "-" if shrink is None else f"{round(shrink, 2) + 0.0:.0%}"  # no -0%
         rows.append([entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"]), shown])
     others = 1.0 - content["probability_none"] - content["probability_unknown"]
-    others -= sum(entry["probability"] for entry in content["ranked"][:MOST_CAUSES])
+    others -= sum(entry["probability"] for entry in listed)
     if len(content["explanation"]) < 2 and others >= 0.005:  # those of causes that act together do not add up to 1
         rows.append(["all others", "", _chance(others), "-"])
     rows.append([_words_of_none(content), "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
+
+
+def _listed_causes(content: Json) -> list[Json]:
+    """The most probable causes, and those that the sentence names besides."""
+    named = [cause for causes in [content["explanation"], *content.get("tied", [])[:TIED_NAMED]] for cause in causes]
+    keys = [(cause["effect"], cause["joint"]) for cause in named]
+    if content["verdict"] == "unknown":  # it names those that alone remove most
+        helps = (each for each in content["ranked"] if each.get("shrink") and _share_left(each) < 1.0 - LEAST_ALONE)
+        alone = sorted(helps, key=_share_left)
+        keys += [(entry["effect"], entry["joint"]) for entry in alone[:MOST_ALONE]]
+    return [
+        entry
+        for place, entry in enumerate(content["ranked"])
+        if place < MOST_CAUSES or (entry["effect"], entry["joint"]) in keys
+    ]
+
+
+def _share_left(entry: Json) -> float:
+    return 1.0 - float(entry["shrink"]["value"])
 
 
 def _words_of_none(content: Json) -> str:

@@ -87,7 +87,8 @@ def compare_text(content: Mapping[str, Any]) -> str:
         off = side.get("off_reference", {})
         overall = off.get("overall", {}).get("value")
         shown = "reference" if side["name"] == content["reference"] else "-" if overall is None else f"{overall:.2f}"
-        row = [side["name"], *[_overlaid(side)] * timed, shown, off.get("basis", "")]
+        basis = "no common start" if off and overall is None else off.get("basis", "")
+        row = [side["name"], *[_overlaid(side)] * timed, shown, basis]
         rows.append([*row, *(_rates(side["joints"].get(name)) for name in joints)])
     return table_text(rows)
 
@@ -103,7 +104,7 @@ def _rates(joint: Mapping[str, Any] | None) -> str:
     if not joint:
         return "-"
     known = [joint.get(key) for key in ("spring_rate", "damper_rate", "free_angle")]
-    words = [f"{item['value']:.3g}" if item else "-" for item in known]
+    words = ["-" if not item else "unknown" if item.get("unknown") else f"{item['value']:.3g}" for item in known]
     if known[1] is None and joint.get("damper_law"):
         words[1] = "curve"
     return ", ".join(words)

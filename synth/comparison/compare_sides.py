@@ -10,7 +10,7 @@ import numpy as np
 
 import synth
 from synth.arrays import Array
-from synth.comparison.overlay import Difference, Overlay, chosen_starts, differences, overlaid
+from synth.comparison.overlay import Difference, OverlaidMotion, Overlay, chosen_starts, differences, overlaid
 from synth.comparison.shown_characteristics import UNITS, JointAlone, Shown, alone, shown
 from synth.comparison.side import MODEL, ComparedMotion, Side
 from synth.errors import UserError
@@ -20,6 +20,7 @@ from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/compare/1"
+UNEQUAL = 1.0  # deg, distance of two starts that is worth a note: ten times a usual sensor's noise
 FEWEST, MOST = 2, 8  # sides; more curves make a picture unreadable
 
 
@@ -105,7 +106,7 @@ class Comparison:
             "rate": {n: quantity(float(v), "deg/s") for n, v in zip(leg.joint_names, rates, strict=True)},
             **start.conditions.as_json(leg.joint_names),
             "recordings": {
-                side.name: {"file": motion.recording, "starts_away": quantity(motion.away, "deg")}
+                side.name: _recording_json(motion)
                 for side, motion in zip(self.sides, overlay.motions, strict=True)
                 if motion is not None and motion.recording
             },
@@ -122,6 +123,17 @@ class Comparison:
             "rms": {n: quantity(float(v), "deg") for n, v in zip(names, found.rms, strict=True) if np.isfinite(v)},
             **({"overall": quantity(found.overall, "deg")} if np.isfinite(found.overall) else {}),
         }
+
+
+def _recording_json(motion: OverlaidMotion) -> dict[str, Any]:
+    away = motion.away
+    angle, rate, distance = (0.0,) * 3 if away is None else (away.angle.max(), away.rate.max(), away.distance)
+    return {
+        "file": motion.recording,
+        "starts_away": quantity(float(angle), "deg"),
+        "starts_away_in_rate": quantity(float(rate), "deg/s"),
+        "starts_away_together": quantity(float(distance), "deg"),
+    }
 
 
 def compare(
@@ -185,12 +197,14 @@ def warnings(found: Comparison) -> list[str]:
             missing = len(found.overlays) - off.starts
             reasons = {o.why[place] or o.why[found.reference] for o in found.overlays}
             why = next((reason for reason in sorted(reasons) if reason), "")
-            text = f"{side.name} and {found.sides[found.reference].name} share {off.starts} of {len(found.overlays)} "
-            messages.append(f"{text}starts; {missing} are left out: {why}")
-        away = [m.away for o in found.overlays if (m := o.motions[place]) is not None and m.recording]
-        if away and max(away) > np.radians(1.0):
-            text = f"{side.name}: its recordings start up to {np.degrees(max(away)):.1f} deg from the common start; "
-            messages.append(f"{text}this is part of their difference")
+            text = f"{side.name} and {found.sides[found.reference].name} share {off.starts or 'none'} of "
+            text += f"{len(found.overlays)} starts" if len(found.overlays) > 1 else "one start"
+            messages.append(f"{text}; {missing} {'are' if missing > 1 else 'is'} left out: {why}")
+        away = [m.away for o in found.overlays if (m := o.motions[place]) is not None and m.away is not None]
+        farthest = np.degrees(max((each.distance for each in away), default=0.0))
+        if farthest > UNEQUAL:
+            text = f"{side.name}: its recordings start up to {farthest:.1f} deg from the common start, "
+            messages.append(f"{text}angle and speed together; this is part of their difference")
         driven = sum(motion.driven for motion in side.motions)
         if driven:
             text = f"{side.name}: {driven} of {len(side.motions)} recordings are driven by a known torque or a servo; "
@@ -198,7 +212,7 @@ def warnings(found: Comparison) -> list[str]:
         own = found.characteristics[place].own
         if own:
             text = f"{side.name} shares no release with the other sides: its rise time, damping ratio and the like are "
-            messages.append(f"{text}those of its own {own} recordings")
+            messages.append(f"{text}those of its own {f'{own} recordings' if own > 1 else 'recording'}")
         if side.leg.effects and side.kind == MODEL:
             messages.append(f"{side.name}: includes effects of its base: {', '.join(side.leg.effects)}")
     return messages
@@ -249,7 +263,7 @@ def table_columns(found: Comparison) -> dict[str, list[Any]]:
     for side in document["sides"]:
         rows += [_row(side, "", key, side[key], basis) for key, basis in TIMES.items() if key in side]
         for joint, values in side["joints"].items():
-            rows += [_row(side, joint, key, value, "90 % interval" if value.get("interval90") else "stated")
+            rows += [_row(side, joint, key, value, _basis(value))
                      for key, value in values.items() if isinstance(value, dict)]  # fmt: skip
             rows += [(side["name"], joint, key, "", value, None, None, "stated")
                      for key, value in values.items() if isinstance(value, str)]  # fmt: skip
@@ -273,4 +287,12 @@ def table_columns(found: Comparison) -> dict[str, list[Any]]:
 
 def _row(side: Mapping[str, Any], joint: str, key: str, value: Mapping[str, Any], basis: str) -> tuple[Any, ...]:
     low, high = value.get("interval90") or (None, None)
-    return side["name"], joint, key, value["unit"], value["value"], low, high, basis
+    known = None if value.get("unknown") else value["value"]
+    return side["name"], joint, key, value["unit"], known, low, high, basis
+
+
+def _basis(value: Mapping[str, Any]) -> str:
+    """Where a joint's value is from; an unknown one has no value in the table."""
+    if value.get("unknown"):
+        return "unknown: its 90 % interval spans a full turn"
+    return "90 % interval" if value.get("interval90") else "stated"

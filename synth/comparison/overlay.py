@@ -9,13 +9,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.comparison.recorded_sides import standard_release
-from synth.comparison.side import MODEL, ComparedMotion, Side, nearest, not_driven_alike
+from synth.comparison.side import MODEL, ComparedMotion, Side, not_driven_alike
+from synth.comparison.starts_alike import Away, RecordedStart, nearest, recorded_starts
 from synth.errors import UserError
 from synth.swing.chain import Conditions, simulate
 from synth.swing.mechanics import rest_pose
 
 MOST_STARTS = 12  # more starts add pages without new information
-NEAR = np.radians(10.0)  # at any joint: half of a common amplitude; a recording farther away is another motion
 STANDARD_TIME = 2.0  # s, time in which a limb of this size comes to rest
 
 
@@ -24,14 +24,12 @@ class OverlaidMotion:
     """One side's motion from a start.
 
     ``rotation`` (m, n) rad at the start's times, of a side with a pace at its own times over that; nan where undefined;
-    ``measured`` and ``away`` (rad, of the joint
-    farthest away): the recording used and the distance of its first sample from the start; None and 0 for a
-    simulated leg.
+    ``measured`` and ``away``: the recording used and how far its start is from this one; None and 0 for a simulated leg.
     """
 
     rotation: Array
     measured: ComparedMotion | None = None
-    away: float = 0.0
+    away: Away | None = None
 
     @property
     def recording(self) -> str:
@@ -69,8 +67,13 @@ def chosen_starts(sides: Sequence[Side], given: Sequence[ComparedMotion] = ()) -
 def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[Overlay, ...]:
     """Each side from each start: legs are simulated, recordings are matched to the nearest start."""
     found = []
+    known = [[] if side.kind == MODEL else recorded_starts(side) for side in sides]
     for start in starts:
-        pairs = [_moved(side, start) if side.kind == MODEL else _recorded(side, start) for side in sides]
+        like = RecordedStart.of(start)
+        pairs = [
+            _moved(side, start) if side.kind == MODEL else _recorded(side, start, own, like)
+            for side, own in zip(sides, known, strict=True)
+        ]
         found.append(Overlay(start, tuple(motion for motion, _ in pairs), tuple(why for _, why in pairs)))
     return tuple(found)
 
@@ -95,19 +98,21 @@ def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, st
     return OverlaidMotion(rotation), ""
 
 
-def _recorded(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
+def _recorded(
+    side: Side, start: ComparedMotion, known: Sequence[RecordedStart], like: RecordedStart
+) -> tuple[OverlaidMotion | None, str]:
     """The recording that begins nearest to the start, at the start's times."""
-    found = nearest(side.slowed, start, side.leg)
+    found = nearest(known, like, side.leg)
     if found is None:
         return (
             None,
             start.not_driven
             or "no recording with the same joints locked, tip mass, tilt and known torques or commands",
         )
-    motion, away = found
-    if away > NEAR:
-        return None, f"the nearest recording, {motion.name}, starts {np.degrees(away):.0f} deg away"
-    if motion is start or (away == 0.0 and np.array_equal(motion.time, start.time)):
+    motion, away = found[0].motion, found[1]
+    if away.distance > found[0].near(like):
+        return None, _far(motion.name, side.leg.joint_names, away)
+    if motion is start or (away.distance == 0.0 and np.array_equal(motion.time, start.time)):
         return OverlaidMotion(motion.rotation, motion), ""
     out = np.full((len(start.time), motion.rotation.shape[1]), np.nan)
     for j in range(out.shape[1]):
@@ -116,6 +121,18 @@ def _recorded(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None,
             seen = np.interp(start.time, motion.time[good], motion.rotation[good, j])
             out[:, j] = np.where(start.time <= motion.time[good][-1], seen, np.nan)
     return OverlaidMotion(out, motion, away), ""
+
+
+def _far(recording: str, joints: Sequence[str], away: Away) -> str:
+    """Why a side has no recording from a start: the nearest one, and whether angle or rate is what differs."""
+    angle, rate, swing = (float(np.degrees(each[away.joint])) for each in (away.angle, away.rate, away.swing))
+    joint = joints[away.joint]
+    text = f"the nearest recording, {recording}, starts"
+    if swing <= angle:
+        return f"{text} {angle:.0f} deg away at the {joint}"
+    return (
+        f"{text} at another speed: {rate:.0f} deg/s and {angle:.0f} deg away at the {joint}, {swing:.0f} deg of swing"
+    )
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
-
-import numpy as np
 
 from synth.arrays import Array
 from synth.drives.servo import Servo, ServoSignals
@@ -17,7 +15,6 @@ from synth.swing.leg_model import Damper, Joint, Leg
 
 MODEL, RECORDED = "model", "recorded"
 NOT_SLOWED = "a known torque or a servo drives this recording, which no other time scale has"
-RELATIVE, ABSOLUTE = 1e-6, 1e-9  # of conditions and inputs, SI: results state them with ten digits
 
 
 @dataclass(frozen=True)
@@ -198,56 +195,3 @@ def not_driven_alike(side: Side, start: ComparedMotion) -> str:
     told = [j for j in start.free if start.signals.enabled[:, j].any()]
     bare = [side.leg.joint_names[j] for j in told if not isinstance(side.leg.joints[j].drive, Servo)]
     return f"a servo drives this recording, and the leg has none at {', '.join(bare)}" if bare else ""
-
-
-def nearest(motions: Sequence[ComparedMotion], like: ComparedMotion, leg: Leg) -> tuple[ComparedMotion, float] | None:
-    """The recording that starts nearest to ``like``, and its distance, rad at the joint farthest away.
-
-    Only recordings under the same conditions are considered: locked joints, added mass with its inertia and place on
-    the last link of ``leg``, tilt, and what drives them.
-    """
-    found: tuple[ComparedMotion, float] | None = None
-    for motion in motions:
-        if not _same_conditions(motion, like, leg):
-            continue
-        free = like.free
-        away = float(np.abs(motion.start[free] - like.start[free]).max())
-        if found is None or away < found[1]:
-            found = motion, away
-    return found
-
-
-def _same_conditions(motion: ComparedMotion, like: ComparedMotion, leg: Leg) -> bool:
-    """Whether two recordings were made under the same conditions and driven alike."""
-    if motion is like:
-        return True
-    if motion.not_driven or like.not_driven or motion.conditions.locked != like.conditions.locked:
-        return False
-    pairs = [(motion.conditions.tilt, like.conditions.tilt)]
-    if motion.conditions.tip_mass or like.conditions.tip_mass:
-        pairs += zip(_tip(motion.conditions, leg), _tip(like.conditions, leg), strict=True)
-    known = _same_inputs(motion.known_torque, like.known_torque)
-    return (
-        known
-        and _same_signals(motion.signals, like.signals)
-        and all(np.isclose(*pair, rtol=RELATIVE, atol=ABSOLUTE) for pair in pairs)
-    )
-
-
-def _tip(conditions: Conditions, leg: Leg) -> tuple[float, float, float]:
-    """Mass, inertia, and place from the last joint, kg, kg m^2, m."""
-    at = leg.joints[-1].link.length if conditions.tip_at is None else conditions.tip_at
-    return conditions.tip_mass, conditions.tip_inertia, at
-
-
-def _same_inputs(one: Sequence[Array] | None, other: Sequence[Array] | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    return all(a.shape == b.shape and np.allclose(a, b, RELATIVE, ABSOLUTE) for a, b in zip(one, other, strict=True))
-
-
-def _same_signals(one: ServoSignals | None, other: ServoSignals | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    parts = [(each.time, each.command, each.supply, each.enabled) for each in (one, other)]
-    return one.held == other.held and _same_inputs(*parts)

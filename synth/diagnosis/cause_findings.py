@@ -126,7 +126,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     explanations = (causes, *tied)
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
     say("what next")
-    short = [" + ".join(plant.short_text(cause) for cause in each) for each in explanations]
+    short, takes = [" + ".join(map(plant.short_text, each)) for each in explanations], stages.errors.shrink().value
     ranked = _rank_causes(plant, judged, stages.errors, told.causes)
     return Findings(
         found,
@@ -141,7 +141,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         next_experiment(
             plant,
             plant.rivals(judged),
-            reason_for_next_trial(judged.verdict, short, left, within=within, none=judged.none),
+            reason_for_next_trial(judged.verdict, short, left, within=within, none=judged.none, takes=takes),
             plant.present_odds(judged),
         ),
         (
@@ -274,8 +274,8 @@ def _limit_warnings(plant: Plant[F, T, S], named: Sequence[Assessment[F]]) -> di
 
 
 def _listed_singles(judged: Judgement[F]) -> list[tuple[Assessment[F], float]]:
-    """The most probable single causes, and those of the accepted explanation however weak they are alone."""
-    offered = {*judged.accepted.keys}
+    """The most probable single causes, and those of the explanations offered however weak they are alone."""
+    offered = {key for item in (judged.accepted, *judged.tied) for key in item.keys}
     return [entry for place, entry in enumerate(judged.singles) if place < MOST_RANKED or entry[0].keys[0] in offered]
 
 
@@ -295,10 +295,11 @@ def _rank_causes(
     ]
     made += [RankedCause(cause, judged.counts, errors.shrink(DIRECT_LABEL)) for cause in plant.direct_causes]
     listed = {item.keys[0] for item, _ in singles}
-    for cause, key in zip(told[id(judged.accepted)], judged.accepted.keys, strict=True):
-        if key not in listed:  # its fit alone diverged
-            made.append(RankedCause(cause, judged.share(key), None))
     by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
+    for item in (judged.accepted, *judged.tied):
+        for cause, key in zip(told[id(item)], item.keys, strict=True):
+            if key not in listed:  # it was fitted beside others only, or its fit alone diverged
+                by_key.setdefault((cause.effect, cause.joint), RankedCause(cause, judged.share(key), None))
     order = judged.in_order({key: entry.probability for key, entry in by_key.items()})
     return tuple(by_key[key] for key in order)
 

@@ -22,6 +22,8 @@ MOST_OF_GAP = 0.5  # of the gap: what takes more takes most of it, though it may
 # which the page calls a cause identified.
 SURE_OF_NONE = 0.8
 FIRST_TO_SHOW = "in this one the most probable causes would show first"
+RELATIVE_CHANGE = "relative change"
+IN_PERCENT = ("share", RELATIVE_CHANGE)  # forms of a parameter without unit, see ``Parameter``
 TYPOGRAPHIC_UNITS = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
 
@@ -98,7 +100,7 @@ def angle_text(value: Estimate) -> str:
 
 
 def stated_parameters(cause: Cause, effect: PlantEffect) -> str:
-    """Torque 0.06 N·m, fall 0.6, speed 114 deg/s: the first few that carry the effect, see ``PlantEffect.stated``."""
+    """Torque 0.06 N·m, fall 60 %, speed 114 deg/s: the first few that carry the effect, see ``PlantEffect.stated``."""
     found = cause.parameters
     matter = [name for name in effect.stated or effect.stated_by_default if name in found]
     matter = [name for name in matter if not _may_have_value(found, *effect.idle.get(name, ("", 0.0)))]
@@ -116,8 +118,8 @@ def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> b
 
 def parameters_text(cause: Cause, names: Sequence[str], effect: PlantEffect) -> str:
     """Torque 0.052 N·m, speed 0.3 rad/s: these parameters of the cause."""
-    words = {parameter.name: parameter.words for parameter in effect.parameters}
-    return ", ".join(f"{words[name]} {_value_text(cause.parameters[name])}" for name in names)
+    known = {parameter.name: parameter for parameter in effect.parameters}
+    return ", ".join(f"{known[name].words} {_value_text(cause.parameters[name], known[name].form)}" for name in names)
 
 
 def _digits(estimate: Estimate) -> int:
@@ -126,12 +128,16 @@ def _digits(estimate: Estimate) -> int:
     return 2 if high - low > 2.0 * ROUGH_INTERVAL * abs(estimate.value) else 3
 
 
-def _value_text(estimate: Estimate) -> str:
+def _value_text(estimate: Estimate, form: str) -> str:
+    """A value with its unit; a share in per cent and a relative change with its sign, as on the page."""
     written = estimate.as_json()
-    unit = str(written["unit"])
+    value, unit = float(written["value"]), str(written["unit"])
+    if form in IN_PERCENT and unit == "1":
+        value, unit = 100.0 * value, "percent"
+    sign = "+" if form == RELATIVE_CHANGE and value > 0.0 else ""
     for plain, better in TYPOGRAPHIC_UNITS.items():
         unit = unit.replace(plain, better)
-    shown = significant(float(written["value"]), _digits(estimate))
+    shown = sign + significant(value, _digits(estimate))
     return shown + ("" if unit == "1" else f" {unit}").replace(" °", "°")
 
 
@@ -303,12 +309,18 @@ def _further_words(further: FurtherCauseWords, floor: Estimate) -> str:
 
 
 def reason_for_next_trial(
-    verdict: Verdict, explanations: Sequence[str], left: Remainder, *, within: bool = False, none: float = 1.0
+    verdict: Verdict,
+    explanations: Sequence[str],
+    left: Remainder,
+    *,
+    within: bool = False,
+    none: float = 1.0,
+    takes: float = 0.0,
 ) -> str:
     """Why another trial: ``explanations`` are the accepted one and those tied with it, in words.
 
     ``left`` : by the accepted one. ``within`` : the gap is below the required accuracy. ``none`` : probability that no
-    effect is missing.
+    effect is missing. ``takes`` : share of the gap that the accepted one, or of none the nearest, removes.
     """
     if verdict == "tie":
         return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
@@ -323,6 +335,8 @@ def reason_for_next_trial(
         return f"No effect in the library improves the prediction; {FIRST_TO_SHOW}."
     if verdict == "none":
         return f"These trials show no missing effect; {FIRST_TO_SHOW}."
+    if verdict == "unknown" and takes > MOST_OF_GAP:
+        return "The nearest explanation is not sure enough to be named; here the nearest ones differ most."
     if verdict == "unknown":
         return "The missing effect is unknown; here the nearest explanations differ most."
     return "To confirm the cause against the next most probable one."

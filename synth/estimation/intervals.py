@@ -13,6 +13,7 @@ from synth.units import quantity
 
 NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations: the normal's 95 % point
 STUDENT95 = (6.314, 2.920, 2.353, 2.132)  # 95 % points of Student's t of 1 to 4 degrees (any table of it)
+FULL_TURN = 2.0 * pi * (1.0 - 1e-9)  # rad, less the rounding of results' ten digits
 NULL = 1e-12  # share of the diagonal below which a direction carries no information
 
 
@@ -29,10 +30,17 @@ class Estimate:
     low: float | None = None
     high: float | None = None
 
+    @property
+    def is_any_angle(self) -> bool:
+        """Whether it is an angle whose interval spans a full turn: the free angle of a spring that may not be there."""
+        if self.unit != "deg" or self.low is None or self.high is None:
+            return False
+        return self.high - self.low >= FULL_TURN
+
     def as_json(self) -> dict[str, Any]:
-        """``{"value", "unit", "interval90"}``."""
+        """``{"value", "unit", "interval90"}``; with ``"unknown": true`` if it is any angle."""
         interval = None if self.low is None or self.high is None else (self.low, self.high)
-        return quantity(self.value, self.unit, interval)
+        return quantity(self.value, self.unit, interval) | ({"unknown": True} if self.is_any_angle else {})
 
 
 def student95(degrees: int) -> float:

@@ -13,6 +13,10 @@ SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry f
 LEAST_PEAK = 0.02  # of the amplitude: a smaller peak is no swing of the joint itself, however little noise there is
 STARTS_AT_REST = "starts at rest"
 CUT = "its start is cut off: no rise time, overshoot and settling time"
+# Of the amplitude. A joint released by itself swings past rest by less than its amplitude; half as much again is left
+# for what other joints add. One that swings farther was moving, or was moved: shares of the amplitude mean nothing.
+FARTHEST_SWING = 1.5
+NEAR_REST = "it starts near rest and swings much farther: no rise time, overshoot and settling time"
 
 
 @dataclass(frozen=True)
@@ -46,14 +50,15 @@ def characteristics(
     """Response characteristics of one joint, from a smooth curve (fitted or smoothed), time (n,) s and angle (n,) rad.
 
     Rest is ``rest`` rad, by default found from the curve, with a fitted leg's ``equilibrium`` rad where it ends in
-    motion (see ``rest_of``); without a rest only the damped frequency is given. ``cut``: the curve begins within
-    the motion, so that it has no rise time, overshoot and settling time. Peaks are alternate extremes about rest
-    larger than three times ``noise`` (rad), the first ``most_peaks`` of them. The logarithmic decrement over m half
-    cycles, ``delta = ln|x_0/x_m| * 2/m``, gives ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering
-    Vibration*, 4th ed., eq. 1.88); it holds for one decaying mode, so it is marked doubtful if successive half
-    cycles disagree by more than a factor of two.
+    motion (see ``rest_of``); without a rest only the damped frequency is given. ``cut``: the curve begins within the
+    motion, so that it has no rise time, overshoot and settling time; nor has one whose rest is found and which swings
+    far beyond its amplitude (``FARTHEST_SWING``), since it was not released there. Peaks are alternate extremes about
+    rest larger than three times ``noise`` (rad), the first ``most_peaks`` of them. The logarithmic decrement over m
+    half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering
+    Vibration*, 4th ed., eq. 1.88); it holds for one decaying mode, so it is marked doubtful if successive half cycles
+    disagree by more than a factor of two.
     """
-    how = ""
+    how, why = "", CUT if cut else ""
     if rest is None:
         found = rest_of(time, angle, noise, equilibrium)
         rest, how = found.angle, found.why
@@ -61,12 +66,14 @@ def characteristics(
             half_cycles, seen = len(found.turns) - 1, found.turns
             turning = float(np.pi * half_cycles / (seen[-1] - seen[0])) if half_cycles > 0 else None
             return Characteristics(float("nan"), None, None, turning, None, None, how)
+        if not why and np.abs(angle - rest).max() > FARTHEST_SWING * abs(float(angle[0]) - rest):
+            why = NEAR_REST
     away = angle - rest
-    if not cut:
-        return _about_rest(time, away, float(away[0]), noise, how, most_peaks)
-    found_cut = _about_rest(time, away, float(away[np.argmax(np.abs(away))]), noise, how, most_peaks)
-    validity = f"{found_cut.validity}; {CUT}"
-    return replace(found_cut, rise_time=None, overshoot=None, settling_time=None, validity=validity)
+    amplitude = float(away[np.argmax(np.abs(away))]) if cut else float(away[0])
+    made = _about_rest(time, away, amplitude, noise, how, most_peaks)
+    if not why or (why == NEAR_REST and made.validity == STARTS_AT_REST):
+        return made
+    return replace(made, rise_time=None, overshoot=None, settling_time=None, validity=f"{made.validity}; {why}")
 
 
 def _about_rest(

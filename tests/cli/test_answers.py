@@ -180,6 +180,22 @@ def test_a_gap_s_probabilities_add_up_on_the_screen() -> None:
     assert re.search(r"all others +29%", gap_text(gap(0.1)))
 
 
+def test_the_screen_lists_every_cause_that_the_sentence_names() -> None:
+    """A spring 43 % too soft was a rival in the sentence, and not among the five most probable causes."""
+    found, joint = gap(0.1), "ankle"
+    names = ["backlash", "link_mass", "latency", "armature", "link_inertia", "spring_rate", "encoder_scale"]
+    found["ranked"] = [
+        {"effect": name, "joint": joint, "probability": 0.1, "shrink": {"value": 0.1 * k}}
+        for k, name in enumerate(names)
+    ]
+    assert "spring rate" not in gap_text(found)
+    tie = [[{"effect": "backlash", "joint": joint}], [{"effect": "spring_rate", "joint": joint}]]
+    shown = gap_text({**found, "verdict": "tie", "explanation": tie[0], "tied": tie[1:]})
+    assert "spring rate" in shown
+    assert "encoder scale" not in shown
+    assert "encoder scale" in gap_text({**found, "verdict": "unknown"})  # "alone encoder scale 60 %"
+
+
 def test_an_error_far_above_the_noise_is_not_no_missing_effect_on_the_screen() -> None:
     found = gap(0.1)
     assert re.search(r"no missing effect +46%", gap_text(found))

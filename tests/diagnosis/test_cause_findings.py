@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from synth.diagnosis.cause_findings import find_causes
+from synth.diagnosis.cause_findings import MOST_RANKED, _rank_causes, find_causes
+from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses
 from synth.diagnosis.plant import Plant
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL
 from synth.diagnosis.sentences import ErrorWording
+from synth.diagnosis.verdict import Judgement
+from synth.estimation.intervals import Estimate
 
 
 class StillPlant(Plant[Any, Any, Any]):
@@ -79,3 +83,25 @@ def test_a_plant_is_the_same_after_its_diagnosis(accuracy: float, within: bool, 
     assert {**vars(plant), "weighed_by": None} == state
     assert found[0].sentence == found[1].sentence
     assert found[0].judged.none == found[1].judged.none
+
+
+def test_every_cause_of_a_tie_is_ranked() -> None:
+    """The sentence named a spring 43 % too soft as a rival, and no table had it: it was fitted beside another only."""
+
+    def assessed(*effects: str) -> Assessment[Any]:
+        hypothesis = tuple(SimpleNamespace(key=(effect, "ankle")) for effect in effects)
+        return Assessment(cast(Any, SimpleNamespace(hypothesis=hypothesis)), 100.0, 2.0)
+
+    first, rival, weak = assessed("bends", "heavy"), assessed("bends", "soft"), assessed("bends", "weak")
+    names = ("bends", "heavy", *(f"cause {k}" for k in range(MOST_RANKED)), "weak")
+    singles = tuple((assessed(name), 0.5 / 2**k) for k, name in enumerate(names))
+    weighed = ((first, 0.5), (rival, 0.2), (weak, 0.1))
+    judged = Judgement("tie", first, (rival, weak), singles, 0.0, 0.3, weighed)
+    told = {id(item): tuple(Cause(*key, {}) for key in item.keys) for item in (first, rival, weak)}
+    told |= {id(item): (Cause(*item.keys[0], {}),) for item, _ in singles}
+    plant, errors = SimpleNamespace(direct_causes=()), SimpleNamespace(shrink=lambda label: Estimate(0.3, "1"))
+    ranked = {entry.cause.effect: entry for entry in _rank_causes(cast(Any, plant), judged, cast(Any, errors), told)}
+    assert {"bends", "heavy", "soft", "weak"} <= {*ranked}
+    assert (ranked["soft"].probability, ranked["soft"].shrink) == (pytest.approx(0.7 * 0.2), None)
+    assert ranked["weak"].shrink is not None  # it was fitted alone too, and counts little there
+    assert "cause 7" not in ranked

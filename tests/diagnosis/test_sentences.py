@@ -99,6 +99,11 @@ def test_an_error_falls_only_where_it_does(after: float, takes: float, words: st
     assert f"The hip sticks, 80 %; {words}, noise" in sentence("effect", ["the hip sticks"], [], 0.8, told)
 
 
+def test_the_reason_of_another_trial_says_as_the_headline_whether_a_cause_is_near() -> None:
+    assert "not sure enough to be named" in reason_for_next_trial("unknown", [""], FAR, takes=0.74)
+    assert "effect is unknown" in reason_for_next_trial("unknown", [""], FAR, takes=0.04)
+
+
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect() -> None:
     assert reason_for_next_trial("none", [""], LITTLE).startswith("These trials show no missing effect")
     within = reason_for_next_trial("none", [""], LITTLE, within=True)
@@ -129,6 +134,16 @@ def test_a_sentence_states_the_few_parameters_that_carry_a_cause(
     text = stated_parameters(Cause(name, "knee", found), effect)
     words = [key.replace("_", " ") for key in wanted.split()]
     assert all(each.startswith(f"{word} ") for each, word in zip(text.split(", "), words, strict=True)), text
+
+
+def test_shares_and_relative_changes_are_told_in_per_cent_as_on_the_page() -> None:
+    """The sentence had "change of com 0.81, change of inertia 0.33" beside a table with +81 % and +33 %."""
+    found = {"com": Estimate(0.81, "1", 0.6, 1.0), "inertia": Estimate(-0.33, "1", -0.5, -0.2)}
+    text = stated_parameters(Cause("link_inertia", "ankle", found), effect_named("link_inertia"))
+    assert text == "change of com +81 %, change of inertia -33 %"
+    fall = {"torque": Estimate(0.06, "N*m", 0.05, 0.07), "fall": Estimate(0.6, "1", 0.5, 0.7)}
+    told = stated_parameters(Cause("stribeck_friction", "knee", fall), effect_named("stribeck_friction"))
+    assert "fall 60 %" in told
 
 
 def test_the_error_on_trials_that_need_other_tolerances_is_not_mixed_with_that_on_the_others() -> None:

@@ -215,7 +215,7 @@ def test_the_same_result_gives_the_same_bytes(written: Folder, effect: GapResult
         ("effect", "the trials identify the cause"),
         ("none", "no effect is missing"),
         ("tie", "These trials cannot distinguish"),
-        ("unknown", "no effect in the library explains"),
+        ("unknown", "is not sure enough to be named"),
     ],
 )
 def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -> None:
@@ -226,6 +226,33 @@ def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -
     assert ("nearest explanation, not accepted" in page.text) == (verdict == "unknown")
     assert "none: no effect is missing" in page.text
     assert "unknown: not in the library" in page.text
+
+
+@pytest.mark.parametrize(
+    ("takes", "words", "not_said"),
+    [
+        (0.74, "the nearest explanation, which takes 74 % of the gap, is not sure enough", "no effect in the library"),
+        (0.04, "no effect in the library explains the trials", "not sure enough to be named"),
+    ],
+)
+def test_an_unknown_cause_is_told_as_by_the_headline(written: Folder, takes: float, words: str, not_said: str) -> None:
+    """Of a nearest cause that left 2.6 of 9.9 deg the lines below the headline said that nothing explains it."""
+    result = replace(made_result("unknown"), sentence="", shrink=Estimate(takes, "1", takes - 0.1, takes + 0.1))
+    _, page = page_of(written(result) / "report.html")
+    told = page.text.replace("\u00a0", " ").lower()
+    assert told.count(words) == 2  # below the headline and at the verdict
+    assert not_said not in told
+    _, page = page_of(written(replace(result, next_experiment=None)) / "report.html")
+    assert ("would make the nearest explanation surer" in page.text) == (takes > 0.5)
+
+
+def test_the_opening_lists_every_cause_that_the_sentence_names(written: Folder) -> None:
+    made = made_result("tie")
+    last = made.ranked[-1].cause
+    for tied, listed in ((made.tied, False), ((*made.tied[:1], (last,)), True)):
+        html = (written(replace(made, tied=tied)) / "report.html").read_text()
+        opening = html[html.index('class="verdict') : html.index("<main>")]
+        assert ("load friction, ankle" in opening) == listed
 
 
 def test_a_gap_within_the_accuracy_is_not_told_as_no_missing_effect(written: Folder) -> None:
@@ -457,7 +484,7 @@ def test_shares_as_per_cent(value: float | None, text: str) -> None:
     ("verdict", "words"),
     [
         ("tie", "No usual trial separates the tied explanations"),
-        ("unknown", "No usual trial shows more of the unknown"),
+        ("unknown", "No usual trial would make the nearest explanation surer"),
     ],
 )
 def test_without_a_trial_to_record_a_tie_is_not_told_as_settled(

@@ -115,6 +115,10 @@ def test_the_command_writes_every_table_with_every_difference(
         assert value(tables["Table 1"], f"{name} k", 5) == pytest.approx(SPRING[j], rel=0.03)
         assert value(tables["Table 6"], f"{name} b, damper alone", 1) == pytest.approx(DAMPER[j], rel=0.05)
     assert any("lies on its upper bound" in text for text in tables["Table 8"]["differences"])
+    # the sentence's own figure of least squares is by another measure than the cell's, and says so
+    angle = next(row for row in tables["Table 2"]["rows"] if row["label"] == "angle")["cells"][-1]
+    assert f"least squares have {angle} in the thesis' way, as in the table" in tables["Table 2"]["differences"][0]
+    assert "which is no cell of it" in tables["Table 2"]["differences"][0]
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("<h3>Why they differ</h3>") == 7
     assert "swarm, published" in page

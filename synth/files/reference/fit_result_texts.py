@@ -12,7 +12,7 @@ FIT = {
     "joints.NAME.damper_rate": "Torque per speed; omitted if the damper has a curve.",
     "joints.NAME.damper.law": "`curve`, if the damper has one.",
     "joints.NAME.free_angle": "Measured angle at which the spring is unloaded. Of a spring that may not be there its "
-    "interval is all that the search allows.",
+    "interval is all that the search allows; where it spans a full turn, `unknown` is true.",
     "joints.NAME.free_angle_spread": "Standard deviation of the free angle from trial to trial.",
     "rms.NAME": "Root mean square of the joint's angle error over all counted samples, of thinned recordings too.",
     "clipped_rms.NAME": "The same with residuals truncated at six robust standard deviations.",

@@ -18,6 +18,7 @@ QUANTITY = {
         "value": {"type": ["number", "null"]},
         "unit": {"type": "string"},
         "interval90": {"type": ["array", "null"], "items": {"type": ["number", "null"]}},
+        "unknown": {"const": True, "description": "Its interval spans a full turn: any angle fits."},
     },
     "required": ["value", "unit"],
 }
