@@ -12,7 +12,13 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.plant import MenuItem
-from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
+from synth.diagnosis.plants.swinging_chain.command_menu import (
+    CommandLimits,
+    CommandMenu,
+    follows_command,
+    has_servo,
+    settled_state,
+)
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals, TorqueDrive
@@ -183,13 +189,16 @@ def _imagined_release(
 
 
 def forecast(
-    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: PredictorCache
+    leg: Leg, bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: PredictorCache
 ) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges.
 
+    Commands are followed from rest at the first one.
     ``kept`` : one for all trials of the fit.
     """
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
+    if follows_command(leg, trial):
+        state = settled_state(bench, fit, leg, trial)
     # By the unknowns that are not fixed.
     moved = [*bench.predictor.open_tolerances, *range(bench.n_tolerance, len(fit.unknowns))]
     prediction, slopes = bench.slopes(trial, fit, state, moved, kept)
