@@ -95,7 +95,8 @@ def _steps(document: Json) -> list[str]:
     trial = mapping(experiment, "trial")
     entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
     command = experiment.get("command")
-    play = f" Play `{command}`, which lies beside this page, and record it." if command else ""
+    settled = " Let the leg settle at the first angles of"
+    play = f"{settled} `{command}`, which lies beside this page; then play and record it." if command else ""
     return [f"{experiment.get('why')}{play}{entry}"]
 
 

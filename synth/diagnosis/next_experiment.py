@@ -76,14 +76,15 @@ def _entropy(weights: Array) -> float:
 
 def _gain_text(item: MenuItem[T], told: _TrialInformation, kept: Sequence[F], open_bits: float | None) -> str:
     """What the best trial tells, as a sentence; ``open_bits`` : entropy of the present odds, None if none are given."""
-    what = item.what[0].upper() + item.what[1:]
+    words = f"{item.what}, {item.state}," if item.state else item.what
+    what = words[0].upper() + words[1:]
     condition = _recording_condition(item, kept)
     if open_bits is None or told.bits >= HARDLY * open_bits >= HARDLY * LEAST_OPEN:
         return f"{what} would give most information: {told.bits:.2g} bit{condition}."
     if open_bits < LEAST_OPEN:
         return f"{what} would separate it best from the causes that these trials reject{condition}."
     return (
-        f"No trial of those tried separates them well: {item.what} would give most information, {told.bits:.2g} bit "
+        f"No trial of those tried separates them well: {words} would give most information, {told.bits:.2g} bit "
         f"of the {open_bits:.2g} that are open{condition}."
     )
 

@@ -52,6 +52,7 @@ class MenuItem(Generic[T]):
     readings. ``release`` : joint -> measured angle, rad. ``ramp`` : joint, final torque (N m, in the measured angle's
     positive sense) and rise time (s) of a slowly rising torque. ``command`` : times (m,) s and, joint ->
     measured angle (m,) rad, a command for servos. ``source`` : from which the plant makes variations.
+    ``state`` : in words, what is taken for granted beside.
     """
 
     what: str
@@ -61,6 +62,7 @@ class MenuItem(Generic[T]):
     ramp: tuple[str, float, float] | None = None
     command: tuple[Array, Mapping[str, Array]] | None = None
     source: object = None
+    state: str = ""
 
 
 @dataclass(frozen=True)

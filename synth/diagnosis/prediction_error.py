@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.intervals import NORMAL90, Estimate, student, student95
 
@@ -19,6 +19,9 @@ LEAST_GAP = 0.05  # of the squared noise floor; a smaller gap has no meaningful 
 NO_BETTER_RATIO = 1.1  # ratio of the squared errors with and without the explanation: 5 % worse in RMS
 AT_NOISE = 1.25  # RMS over the noise floor up to which no effect is missing: ``clean`` of the ``Calibration``
 SHRINK_IF_DOUBLED = -1.0  # shrink of an error that doubles: how much worse an explanation might be tells nothing
+# A part with less than a hundredth of the parts' mean gap, and less than three noise floors (ten squared ones), tells
+# nothing of a shrink, as where a leg stands between steps (``tests/diagnosis/test_shrink.py``).
+QUIET_SHARE, QUIET_FLOORS = 0.01, 10.0
 ROUNDING_SHARE = 1e-9  # of the squared errors: beyond rounding, and no prediction's error
 Picks = NDArray[np.int64]
 
@@ -56,8 +59,15 @@ class PredictionErrors:
         )
 
     def figure(self, label: str) -> Estimate:
-        """RMS error in rad, shown in deg, with its 90 % interval over trials, or over the blocks of a single one."""
-        return self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
+        """RMS error in rad, shown in deg, with its 90 % interval over trials, or over the blocks of a single one.
+
+        It contains the noise: its low end is not below that, or not below the quietest part that was seen.
+        """
+        found = self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
+        squares, counts = (self._parts(cells) for cells in (self.squares[label], self.counts))
+        least = min(float(self._floor(label, None)), float(np.sqrt(np.min(squares / np.maximum(counts, 1.0)))))
+        assert found.low is not None
+        return replace(found, low=max(found.low, least))
 
     def above_noise(self, label: str) -> Estimate:
         """RMS error above the noise, quadratically subtracted, in rad, shown in deg."""
@@ -87,11 +97,15 @@ class PredictionErrors:
         """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap.
 
         Also 0 for a gap at the noise of which the trials allow any share: 0 over 0, which came out as 1 as often.
+        The interval is over the parts that hold some of the gap; one alone does not tell how they differ.
         """
-        left = self._estimate(lambda pick: 1.0 - self._shrink(label, pick), "1")
+        telling = self._telling
+        left = self._estimate(lambda pick: 1.0 - self._shrink(label, pick), "1", telling)
         assert left.low is not None
         assert left.high is not None
         value, low, high = 1.0 - left.value, max(1.0 - left.high, SHRINK_IF_DOUBLED), 1.0 - left.low
+        if telling.sum() < 2:
+            low, high = SHRINK_IF_DOUBLED, 1.0
         at_noise = _rms(self.squares["before"], self.counts, None) <= AT_NOISE * self._floor("before", None)
         if at_noise and low <= SHRINK_IF_DOUBLED and high >= 1.0:
             return Estimate(0.0, "1", low, high)
@@ -126,25 +140,41 @@ class PredictionErrors:
         """Number of parts that are resampled: whole trials, or the blocks of a single one."""
         return len(self.counts) if len(self.counts) > 1 else self.counts.size
 
-    def _resamples(self) -> Picks:
-        """(RESAMPLES, n_cell) cells of each resample."""
+    def _parts(self, cells: Array) -> Array:
+        """(n_part,) sums of the cells (n_trial, BLOCKS_A_TRIAL) of each part that is resampled."""
+        return np.asarray(cells.reshape(self._resampled, -1).sum(axis=1))
+
+    @property
+    def _telling(self) -> Mask:
+        """(n_part,) True for parts that tell how much a gap shrinks; all, if there is no gap."""
+        gap, noise = self._parts(self.squares["before"] - self.noise), self._parts(self.noise)
+        if gap.sum() <= 0.0:
+            return np.ones(len(gap), dtype=bool)
+        return np.asarray((gap >= QUIET_SHARE * gap.mean()) | (gap >= QUIET_FLOORS * noise))
+
+    def _resamples(self, telling: Mask) -> Picks:
+        """(RESAMPLES, n_cell) cells of each resample, fewer if some hold no part that is ``telling``."""
         number = self._resampled
         blocks = self.counts.size // number
         picked = np.random.default_rng(self.seed).integers(0, number, (RESAMPLES, number))
-        return np.asarray((picked[:, :, None] * blocks + np.arange(blocks)).reshape(RESAMPLES, -1))
+        picked = picked[telling[picked].any(axis=1)]
+        rows = len(picked)
+        return np.asarray((picked[:, :, None] * blocks + np.arange(blocks)).reshape(rows, -1))
 
-    def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
-        """A figure, at least 0, with its 90 % interval.
+    def _estimate(self, figure: Callable[[Picks | None], Array], unit: str, telling: Mask | None = None) -> Estimate:
+        """A figure, at least 0, with its 90 % interval; of a ratio, only some parts may be ``telling``.
 
         Whole trials are resampled, because what a trial is off by in one stretch it is off by in the next: blocks are
         not independent, and intervals over them too narrow. A single trial has only its blocks: its interval is that of
         the same trial longer, not of another one. The percentiles of few parts are too near the value: a resample's
         variance is ``(n - 1) / n`` of the parts', and Student's distribution is wider than the normal. Ends are moved
-        away by that, as ratios, since the figures are errors: ``tests/diagnosis/test_shrink.py``.
+        away by that, as ratios, since the figures are errors: ``tests/diagnosis/test_shrink.py``. Parts that tell
+        nothing are no further ones of these few, and resamples of them alone are left out.
         """
-        ends = np.percentile(figure(self._resamples()), [5.0, 95.0])  # 90 % interval
+        telling = np.ones(self._resampled, dtype=bool) if telling is None else telling
+        ends = np.percentile(figure(self._resamples(telling)), [5.0, 95.0])  # 90 % interval
         value = float(figure(None))
-        number = self._resampled
+        number = int(telling.sum())
         if number > 1:
             wider = np.sqrt(number / (number - 1.0)) * student95(number - 1) / NORMAL90
             ends = value * (ends / value) ** wider if value > 0.0 else wider * ends

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -22,12 +22,15 @@ def column_units(leg: Leg) -> dict[str, str]:
     return made | {SUPPLY: "V"}
 
 
-def problems(table: CsvTable, leg: Leg) -> list[Problem]:
-    """Missing columns of a joint's drive, and columns of drives that do not exist."""
+def problems(table: CsvTable, leg: Leg, off: Sequence[str] = ()) -> list[Problem]:
+    """Missing columns of a joint's drive, and columns of drives that do not exist; ``off`` : joints whose drive is."""
     present = {column.name for column in table.columns}
     found = []
     for joint in leg.joints:
         wanted, allowed = _columns(joint)
+        if joint.name in off:
+            found += _problems_off(table, joint)
+            wanted = set()
         for suffix in SUFFIXES:
             name = joint.name + suffix
             if name in present and suffix not in allowed:
@@ -35,8 +38,30 @@ def problems(table: CsvTable, leg: Leg) -> list[Problem]:
                 found.append(Problem(text + "column out", table.name, 1, name))
         for suffix in wanted - {suffix for suffix in SUFFIXES if joint.name + suffix in present}:
             text = f'column "{joint.name}{suffix} [{EXAMPLES[suffix]}]" is missing: the drive of {joint.name} needs it'
+            text += f"; if it was off, its winding open, write drive_off: [{joint.name}] beside the file in the project"
             found.append(Problem(text, table.name, 1))
     return found
+
+
+def _problems_off(table: CsvTable, joint: Joint) -> list[Problem]:
+    """Mistakes of a joint whose drive is said to be off: it has none, or a column says that it acts."""
+    if joint.drive is None:
+        return [Problem(f"{joint.name} has no drive that could be off; leave it out", table.name, key="drive_off")]
+    acts = {joint.name + suffix for suffix in (" current", " enabled")}
+    text = f"is given, though drive_off says that the drive of {joint.name} is off; leave one of them out"
+    return [Problem(text, table.name, 1, column.name) for column in table.columns if column.name in acts]
+
+
+def switched_off(leg: Leg, values: Mapping[str, Array], off: Sequence[str]) -> dict[str, Array]:
+    """The columns with those of servos that are ``off``: an open winding, so that no command or voltage acts."""
+    made = dict(values)
+    for joint in leg.joints:
+        if joint.name in off and isinstance(joint.drive, Servo):
+            angle = values[joint.name]
+            made[joint.name + " enabled"] = np.zeros_like(angle)
+            still = 0.0 if joint.drive.open_duty else float(angle[np.isfinite(angle)][0])
+            made[joint.name + (" voltage" if joint.drive.open_duty else " command")] = np.full_like(angle, still)
+    return made
 
 
 EXAMPLES = {" command": "deg", " voltage": "V", " current": "A", " enabled": "1"}

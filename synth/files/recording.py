@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, pi, radians
 from pathlib import Path
@@ -87,7 +87,7 @@ class Columns:
     stamps: Array | None = None
 
 
-def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded:
+def read_recording(path: Path, leg: Leg, *, name: str | None = None, off: Sequence[str] = ()) -> Recorded:
     """Read one recording of ``leg``.
 
     Parameters
@@ -99,6 +99,8 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
         whose joints the columns belong to; its ranges and zeros reveal a wrong angle unit.
     name
         the file in messages.
+    off
+        joints whose drive is off, with an open winding: they need no column of it.
 
     Raises
     ------
@@ -113,14 +115,14 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
         return Problem(text, table.name, line, titles.get(column, column) or None)
 
     units = {column.name: column.unit for column in table.columns}
-    values = _scaled(table, leg)
+    values = _scaled(table, leg, off)
     stamps = table.values[:, [column.name for column in table.columns].index("time")]
     columns = Columns(values, units, problem, FILE, stamps)
     found = checked_columns(columns, leg)
     for array in (found.time, found.angles, found.velocities, found.torques):
         if array is not None:
             array.flags.writeable = False
-    signals = drive_columns.signals(leg, columns.values, found.time)
+    signals = drive_columns.signals(leg, drive_columns.switched_off(leg, columns.values, off), found.time)
     return replace(found, sha256=table.sha256, signals=signals)
 
 
@@ -162,7 +164,7 @@ def checked_columns(columns: Columns, leg: Leg) -> Recorded:
     return Recorded(time, angles, velocities, torques, "", None, jumps, unusual, by_current)
 
 
-def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
+def _scaled(table: CsvTable, leg: Leg, off: Sequence[str] = ()) -> dict[str, Array]:
     """Columns by name, in SI; raises where one is missing, unknown, or in a unit of another dimension."""
     wanted = {"time": "s", **dict.fromkeys(leg.joint_names, "rad")}
     for suffix, unit in SUFFIXES.items():
@@ -176,7 +178,7 @@ def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
             hint = did_you_mean(required, unknown)
             text = f'column "{required} [{EXAMPLES[wanted[required]]}]" is missing'
             problems.append(Problem(text + hint.replace("did you mean", "is it"), table.name, 1))
-    problems += drive_columns.problems(table, leg)
+    problems += drive_columns.problems(table, leg, off)
     if problems:
         raise UserError(problems)
     return values

@@ -108,12 +108,13 @@ class TrialEntry(FileModel):
     tilt: Annotated[float, Quantity("rad", least=-radians(360), most=radians(360))] = 0.0
     held_out: bool = False
     leg: Annotated[str, Field(examples=["long_arm.leg.yaml"])] | None = None
+    drive_off: list[str] = Field(default_factory=list)
 
-    @field_validator("locked")
+    @field_validator("locked", "drive_off")
     @classmethod
     def _once(cls, names: list[str]) -> list[str]:
         if len(set(names)) < len(names):
-            raise refusal("a joint is locked twice; name it once")
+            raise refusal("a joint is named twice; name it once")
         return names
 
 
@@ -185,8 +186,9 @@ def read_trials(
     trials: list[Trial] = []
     for listed in listing.files:
         with gathering(problems):
-            recorded = read_recording(listed.path, others.get(listed.index, leg), name=listed.name)
-            trials.append(_trial(recorded, listed, leg, others.get(listed.index)))
+            other, off = others.get(listed.index), listed.entry.drive_off
+            recorded = read_recording(listed.path, other or leg, name=listed.name, off=off)
+            trials.append(_trial(recorded, listed, leg, other))
     if not problems:
         trials = turned_back(on_one_turn(trials, leg), leg)
         problems += trials_together(trials, leg)
@@ -327,6 +329,9 @@ def _listing(
         listing.problems += _locked_problems(names, leg, source, index)
         if entry is None:
             continue
+        unknown = sorted(set(entry.drive_off) - set(leg.joint_names))
+        texts = [f'"{name}" is no joint of the leg{near(name, leg.joint_names)}' for name in unknown]
+        listing.problems += [source.problem(text, index, "drive_off") for text in texts]
         entry = entry.model_copy(update={"locked": sorted(names)})
         try:
             paths = matching(folder, entry.file)

@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.explained_gap import PlainFit, PlainModel
-from synth.planting.forms import Form, NotApplicable, Scale
+from synth.planting.forms import Form, NotApplicable, Scale, TooSmall
 from synth.planting.model import Array, Truth
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import ENCODER_COUNTS, SENSOR_NOISES, Setup
@@ -178,7 +178,7 @@ class PlainMotion:
                 return PlantedCause(effect, joint, strength, reached, form, size)
             if miss < 0 and x >= top - 1e-9:
                 if not self._take_better_sensor(reached / strength):
-                    raise NotApplicable(f"{effect}: {reached:.2g} floors at most")
+                    raise TooSmall(f"{effect}: {reached:.2g} floors at most")
                 low = high = None
                 continue
             if miss < 0:

@@ -18,6 +18,10 @@ class NotApplicable(Exception):
     """The effect cannot act, or cannot be seen, at this joint in these trials."""
 
 
+class TooSmall(NotApplicable):
+    """It acts, but its largest size leaves a smaller gap than asked for."""
+
+
 class Scale(NamedTuple):
     """Range and speed of each joint in the given trials of the leg without the effect; (n,) each."""
 

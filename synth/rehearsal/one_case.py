@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import synth
-from synth.planting.forms import NotApplicable
+from synth.planting.forms import NotApplicable, TooSmall
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, explanations_of, named_causes
 from synth.rehearsal.plants import Field, Planted, PlantingTask
@@ -45,12 +45,13 @@ class CaseCall:
 def plant_and_diagnose(call: CaseCall) -> dict[str, Any]:
     """Plant and diagnose; ``CaseOutcome.as_json``."""
     project, rig = _read_project_and_rig(call.project)
-    planted = _plant_case(call)
     task = call.task
-    if planted is None:
+    try:
+        planted = _plant_case(call)
+    except (NotApplicable, ArithmeticError, np.linalg.LinAlgError) as why:
         names = {-1: "base", -2: "all", **dict(enumerate(rig.nominal.names))}
         none = CaseOutcome(task, (task.effect, names[task.joint]), "", 0.0, None, (), CANNOT, (), 0.0)
-        return none.as_json()
+        return replace(none, message=_reason(why)).as_json()
     with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
         case = write_case(project, rig, planted, Path(folder))
         document, message = diagnose_apart(case, Path(folder) / "out", [Path(call.kept)], call.effects)
@@ -71,14 +72,18 @@ def _plant_field(path: str, seed: int, draw: int) -> Field:
     return Field.of(_read_project_and_rig(path)[1], seed, draw)
 
 
-def _plant_case(call: CaseCall) -> Planted | None:
+def _reason(why: Exception) -> str:
+    """Why a cause cannot be planted; empty: only not as large."""
+    if isinstance(why, TooSmall):
+        return ""
+    return str(why) if isinstance(why, NotApplicable) else "its motion cannot be simulated"
+
+
+def _plant_case(call: CaseCall) -> Planted:
     task = call.task
     letters = [ord(letter) for letter in task.effect]
     rng = np.random.default_rng([call.seed, task.draw, task.rung, task.joint + 2, *letters])
-    try:
-        return _plant_field(call.project, call.seed, task.draw).plant(rng, task)
-    except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
-        return None
+    return _plant_field(call.project, call.seed, task.draw).plant(rng, task)
 
 
 def diagnose_apart(

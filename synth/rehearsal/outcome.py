@@ -9,7 +9,7 @@ from typing import Any
 from synth.rehearsal.plants import LIBRARY, PlantingTask
 
 Key = tuple[str, str]  # effect and joint
-CANNOT, FAILED = "cannot", "failed"  # no such cause can be planted there as large; the diagnosis failed
+CANNOT, FAILED = "cannot", "failed"  # no such cause can be planted there, or not as large; the diagnosis failed
 TIED, TIE = "tied with others", "tie of others"  # columns of the confusion matrix
 
 
@@ -21,7 +21,8 @@ class CaseOutcome:
     ``sizes.SIZE_MEANINGS``) of it; ``small`` : additional causes, which leave ``small_gap`` rad together. ``verdict`` :
     of the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
     ``probability`` of the first. ``explanations`` : the accepted one and those tied with it; None: one only.
-    ``message`` : how the diagnosis ended if it failed, and the end of its error output.
+    ``message`` : how the diagnosis ended if it failed, and the end of its error output; of what cannot be planted the
+    reason, empty if it can, but not as large.
     """
 
     task: PlantingTask
@@ -96,7 +97,7 @@ class CaseOutcome:
     def taken_for(self) -> str:
         """The diagnosis in words: ``coulomb_friction (knee)``, ``none``, ``unknown``; of a tie, all its causes."""
         if self.verdict == CANNOT:
-            return "cannot be planted as large"
+            return f"cannot be planted: {self.message}" if self.message else "cannot be planted as large"
         if not self.counts:
             return self.verdict
         if self.planted is not None and self.planted in self.agreed:

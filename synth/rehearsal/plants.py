@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,9 +13,10 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
-from synth.planting.forms import Form, Maker, NotApplicable
+from synth.planting.forms import Form, Maker, NotApplicable, Scale
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.servo_errors import SERVO_ERRORS
+from synth.planting.setup import Setup
 from synth.planting.unlisted_effects import EFFECTS_ON_ALL_CHANNELS, UNLISTED_EFFECTS
 from synth.rehearsal.sizes import size_of
 from synth.rehearsal.users_rig import Rig
@@ -28,6 +30,7 @@ RUNGS = (1.0, 3.0, 10.0, 30.0)
 SMALL_CAUSES = 3  # additional causes; each has the share of the background that adds up to it in squares
 POOL_SIZE = 9  # pool of additional causes from which each case draws
 GAP_TOLERANCE = 0.12  # relative tolerance of a gap around its rung, well below a step
+FORMS_TRIED = 10  # draws of a form that tell whether a joint can have the cause: of two forms both but once in 500
 ATTEMPTS = 4  # draws of a form after which a joint counts as unable to have the cause
 # Never as small causes: they change the whole motion.
 NEVER_SMALL = ("joint_stop", "base_compliance", "dropped_samples")
@@ -109,37 +112,48 @@ class Field:
         if place not in self.small:
             rng = np.random.default_rng((*self.seeds, place))
             each = self.rig.background / math.sqrt(SMALL_CAUSES) / self.ground.floor
-            tried = (
-                self._cause_with_gap(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * GAP_TOLERANCE)
-                for name in self.pool[place]
-            )
-            self.small[place] = next((cause for cause in tried if cause is not None), None)
+            self.small[place] = None
+            for name in self.pool[place]:
+                joint = int(rng.integers(0, self.rig.nominal.n))
+                with contextlib.suppress(NotApplicable):
+                    self.small[place] = self._cause_with_gap(rng, name, joint, each, 3.0 * GAP_TOLERANCE)
+                    break
         return self.small[place]
 
     def _cause_with_gap(
         self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
-    ) -> PlantedCause | None:
-        """The cause with that gap in noise floors; None if the joint cannot have it."""
+    ) -> PlantedCause:
+        """The cause with that gap in noise floors.
+
+        Raises
+        ------
+        NotApplicable : the joint cannot have it, for the reason of the last attempt.
+        """
         maker = UNLISTED_EFFECTS.get(effect) or LIBRARY[effect]
         place = -1 if effect in EFFECTS_AT_BASE else -2 if effect in EFFECTS_ON_ALL_CHANNELS else joint
+        reason = NotApplicable("no attempt")
         for _ in range(ATTEMPTS):
             try:
                 form: Form = maker(rng, self.ground.setup, self.ground.scale, max(joint, 0))
                 return self.ground.find(effect, place, form, strength, near)
-            except (NotApplicable, ArithmeticError, np.linalg.LinAlgError):
-                continue
-        return None
+            except NotApplicable as why:
+                reason = why
+            except (ArithmeticError, np.linalg.LinAlgError):
+                reason = NotApplicable("its motion cannot be simulated")
+        raise reason
 
-    def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted | None:
-        """The case; None if the joint cannot have such a cause."""
+    def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted:
+        """The case.
+
+        Raises
+        ------
+        NotApplicable : the joint cannot have such a cause, or with ``TooSmall`` none as large.
+        """
         ground, main = self.ground, []
         beside = self.beside(rng, task.effect)
         if task.effect:
             strength = RUNGS[task.rung] * self.unexplained(beside) / ground.floor
-            found = self._cause_with_gap(rng, task.effect, task.joint, strength, GAP_TOLERANCE)
-            if found is None:
-                return None
-            main.append(found)
+            main.append(self._cause_with_gap(rng, task.effect, task.joint, strength, GAP_TOLERANCE))
         truth, sensor = combined(ground.setup, [*main, *beside])
         readings = []
         for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, every=True), self.rig.trials, strict=True)):
@@ -175,19 +189,35 @@ class Field:
 
 
 def cause_places(rig: Rig, seed: int) -> list[tuple[str, int]]:
-    """Every cause of the library at every joint that is free in some scored trial, in random order."""
+    """Every cause of the library at every joint that is free in some scored trial and can have it, in random order."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
     commanded = [servo.joint for servo in rig.nominal.servos if servo.gain > 0.0]
-    found = []
+    found, setup = [], rig.built(np.random.default_rng([seed, 0x5E7]))
     for effect in LIBRARY:
         joints = [-1] if effect in EFFECTS_AT_BASE else driven if effect in TORQUE_ERRORS else free
         joints = [j for j in joints if j in commanded] if effect in SERVO_ERRORS else joints
         if effect == "latency" and len(free) < 2:
             continue  # a delay needs a second joint to be relative to
-        found += [(effect, j) for j in joints]
+        found += [(effect, j) for j in joints if _can_act(setup, effect, j)]
     order = np.random.default_rng([seed, 0x91A]).permutation(len(found))
     return [found[i] for i in order]
+
+
+def _can_act(setup: Setup, effect: str, joint: int) -> bool:
+    """Whether the leg has what the cause changes at the joint (-1 the base): a spring, a damper, a motor.
+
+    In some form, on a motion of a radian to both sides of the springs' free angles: how far a joint moves decides how
+    large a cause can be, and is told of its case.
+    """
+    free = setup.true.of("free_angle")
+    ones = np.ones(setup.true.n)
+    scale, rng = Scale(2.0 * ones, ones, free - ones, free + ones, free, 1.0), np.random.default_rng(0)
+    for _ in range(FORMS_TRIED):
+        with contextlib.suppress(NotApplicable, ArithmeticError):
+            if LIBRARY[effect](rng, setup, scale, max(joint, 0)).largest > 0.0:
+                return True
+    return False
 
 
 def unlisted_causes(rig: Rig, rng: np.random.Generator, count: int) -> list[tuple[str, int]]:

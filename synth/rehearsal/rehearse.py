@@ -147,4 +147,5 @@ class _RunProgress:
 
 def default_count(rig: Rig, seed: int) -> int:
     """Number of cases of a rehearsal for which none is stated: some for each cause, and some without a listed one."""
-    return CASES_A_CAUSE * (len(cause_places(rig, seed)) + 2 * (len(cause_places(rig, seed)) // OTHER_CASES))
+    causes = len(cause_places(rig, seed))
+    return CASES_A_CAUSE * (causes + 2 * (causes // OTHER_CASES))

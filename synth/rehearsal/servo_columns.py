@@ -11,7 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.drives.servo import Servo
 from synth.files.csv_table import in_si, read_table
-from synth.files.drive_columns import SUPPLY, column_units
+from synth.files.drive_columns import SUPPLY, column_units, switched_off
 from synth.files.trial_list import Trial
 from synth.planting.model import PlantedServo, ServoInputs
 from synth.swing.leg_model import Leg
@@ -65,7 +65,18 @@ def drive_inputs(folder: Path, trial: Trial, leg: Leg, start: float) -> DriveInp
     table = read_table(folder / trial.name, trial.name)
     values, _ = in_si(table, {"time": "s", **column_units(leg)}, "")
     time = values.pop("time") - start
+    off = _drives_off(trial, leg)
+    if off:  # the entry says so, and the file may have no column of theirs
+        angles = dict(zip(leg.joint_names, trial.angles.T, strict=True))
+        told = switched_off(leg, values | angles, off)
+        values = {name: column for name, column in told.items() if name not in angles}
     return DriveInputs(time, values)
+
+
+def _drives_off(trial: Trial, leg: Leg) -> list[str]:
+    """Joints whose servo is off throughout."""
+    signals = trial.signals
+    return [] if signals is None else [n for j, n in enumerate(leg.joint_names) if not signals.enabled[:, j].any()]
 
 
 def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:

@@ -27,7 +27,7 @@ class Menu:
         return []
 
     def menu(self) -> list[Any]:
-        rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None}
+        rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None, "state": ""}
         return [SimpleNamespace(what=name, trial=name, **rest) for name in self.sizes]
 
     def covariance(self, fit: float) -> Any:
@@ -74,7 +74,7 @@ def test_the_best_variation_is_the_trial() -> None:
             if number > 9:
                 return []
             self.sizes[f"round {number}"] = 1.0 + number
-            rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None}
+            rest: dict[str, Any] = {"keys": {}, "release": {}, "ramp": None, "command": None, "state": ""}
             return [SimpleNamespace(what=f"round {number}", trial=f"round {number}", **rest)]
 
     plant: Any = Varied({"held": 0.5})

@@ -183,6 +183,55 @@ def test_intervals_of_a_single_trial_hold_where_its_blocks_are_independent() -> 
     assert 0.82 < held / number < 0.97
 
 
+def test_intervals_of_a_trial_with_standing_stretches_are_possible() -> None:
+    """A leg stands in two quarters of the only held-out trial, and the cause leaves the noise.
+
+    1.6 deg was [0.0065, 2.8] beside a noise of 0.029, and the shrink of 99 % from -100 to 100 %.
+    """
+    counts = np.full((1, BLOCKS_A_TRIAL), 100.0)
+    before, after = np.array([[2.2**2, 0.06**2, 2.4**2, 0.04**2]]), np.array([[0.032**2, 0.032**2, 0.031**2, 0.028**2]])
+    squares = {"before": before * counts, "after": after * counts}
+    found = PredictionErrors(squares, counts, 0.029**2 * counts, 0)
+    for label in ("before", "after"):
+        figure = found.figure(label)
+        assert figure.low is not None
+        assert figure.high is not None
+        assert min(0.029, 0.028) <= figure.low < figure.value < figure.high
+    shrink = found.shrink()
+    assert shrink.low is not None
+    assert 0.8 < shrink.low < shrink.value <= 1.0
+    one = replace(found, squares={**found.squares, "before": counts * np.array([[2.2**2, *[0.04**2] * 3]])}).shrink()
+    assert (one.low, one.high) == (-1.0, 1.0)  # how stretches differ is unknown
+    assert one.value > 0.98
+
+
+PARTLY_QUIET = [(1, 2, 0.3), (1, 3, 0.3), (1, 2, 0.01), (3, 2, 0.3), (5, 4, 0.3)]
+
+
+@pytest.mark.parametrize(("trials", "loud", "share"), PARTLY_QUIET)
+def test_intervals_of_a_shrink_hold_where_some_parts_are_quiet(trials: int, loud: int, share: float) -> None:
+    """Errors of 10 noise floors in ``loud`` blocks, or trials, and the noise in the others.
+
+    88, 86, 86, 74 and 87 % held where quiet parts counted as further ones, those of two blocks as wide as can be.
+    """
+    generator, held, number = np.random.default_rng(5), 0, 200
+    shape, samples, spread = (trials, BLOCKS_A_TRIAL), 100.0, 0.5
+    truth = 1.0 - share * np.exp(0.25 * spread**2)  # of lognormal ratios of the squares
+    for seed in range(number):
+        acts = np.zeros(shape, dtype=bool)
+        acts[(0,) if trials == 1 else slice(loud), : loud if trials == 1 else None] = True
+        before = 100.0 * acts * np.exp(0.5 * generator.standard_normal(shape))
+        after = before * share**2 * np.exp(spread * generator.standard_normal(shape))
+        noise, along = generator.chisquare(samples, shape) / samples, generator.standard_normal(shape) / 5.0
+        read = {"before": before + noise + np.sqrt(before) * along, "after": after + noise + np.sqrt(after) * along}
+        counts = np.full(shape, samples)
+        shrink = PredictionErrors({name: counts * each for name, each in read.items()}, counts, counts, seed).shrink()
+        assert shrink.low is not None
+        assert shrink.high is not None
+        held += shrink.low <= truth <= shrink.high
+    assert 0.78 < held / number < 0.97
+
+
 def test_the_interval_of_a_shrink_ends_where_the_error_doubles() -> None:
     counts = np.ones((2, BLOCKS_A_TRIAL))
     before, after = np.array([[1.0], [4.0]]) * counts, np.array([[3.0], [0.1]]) * counts

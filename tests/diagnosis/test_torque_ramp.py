@@ -1,21 +1,24 @@
-"""The slow torque that is suggested as a next trial: where it takes the leg."""
+"""The slow torque that is suggested as a next trial, and releases of driven legs: what they simulate and say."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from diagnosis.simulated_releases import ONE, TWO, recorded
+from diagnosis.simulated_releases import AWAY, ONE, TIME, TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.next_experiment import _gain_text, _TrialInformation
 from synth.diagnosis.plants.swinging_chain import chain_menu
 from synth.diagnosis.plants.swinging_chain.chain_menu import RAMP_SHARE, holding_torque, menu
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, TorqueDrive
+from synth.files.trial_list import read_trials
 from synth.fit.recordings import recordings
-from synth.swing.chain import Conditions
+from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
@@ -84,3 +87,34 @@ def test_a_ramp_is_told_as_what_the_drive_takes(drive: Servo | TorqueDrive | Non
         assert ramp.recording.known_torque is not None
         torque = float(ramp.recording.known_torque[1][-1, 0])
     assert torque == pytest.approx(-0.36)
+
+
+@pytest.mark.parametrize("voltage", [True, False])
+def test_the_planned_trials_of_driven_legs_are_those_that_the_entry_reads(voltage: bool, tmp_path: Path) -> None:
+    """Nothing said that windings are open; without columns they were refused, at 0 V they brake."""
+    motor = GearedMotor(2.0, 0.015, 30.0, 1.0, 1e-6)
+    drive = Servo(0.0, motor=motor, open_duty=1.0) if voltage else TorqueDrive(motor)
+    leg = TWO.with_joints(hip={"drive": drive}, knee={"drive": drive})
+    known = [angle_trial(each, held_out=False) for each in recordings(TWO, recorded(TWO, held_out=0), ())]
+    items = menu(leg, SimpleNamespace(noise=np.full(2, 1e-3)), known)  # type: ignore[arg-type]
+    release, ramp = items[3], next(item for item in items if item.ramp is not None)
+    assert release.state == "with the windings of hip and knee open"
+    assert ramp.state == f"with the winding of {'knee' if ramp.ramp and ramp.ramp[0] == 'hip' else 'hip'} open"
+    told = _TrialInformation(1.0, 1.0, 1.0)
+    words = "A release from the other side, with the windings of hip and knee open, would give most information: 1 bit."
+    assert _gain_text(release, told, [], None) == words
+    rows = [f"{t},{a},{b}" for t, (a, b) in zip(TIME, np.degrees(leg.to_measured(AWAY[[0] * len(TIME)])), strict=True)]
+    (tmp_path / "trials").mkdir()
+    (tmp_path / "trials" / "next.csv").write_text("\n".join(["time [s],hip [deg],knee [deg]", *rows]) + "\n")
+    (trial,) = read_trials([release.keys], tmp_path, leg)
+    start = list(leg.to_rotation(np.array([[*release.release.values()]]))[0])
+    assert trial.torques is None
+    assert (trial.signals is not None) == voltage
+    as_read = simulate(leg, start, [0.0, 0.0], TIME, signals=trial.signals)
+    planned = simulate(leg, start, [0.0, 0.0], TIME, signals=release.trial.recording.signals)
+    np.testing.assert_allclose(as_read, planned, atol=2e-6)  # steps of the integrator
+    if voltage:  # only the ramp's winding is fed
+        assert ramp.keys["drive_off"] == ["knee" if ramp.ramp and ramp.ramp[0] == "hip" else "hip"]
+        fed = ramp.trial.recording.signals
+        assert fed is not None
+        assert np.flatnonzero(fed.enabled.any(axis=0)) == [leg.joint_names.index(ramp.ramp[0] if ramp.ramp else "")]

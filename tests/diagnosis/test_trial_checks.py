@@ -109,6 +109,20 @@ def test_a_known_torque_is_applied_and_noted() -> None:
     assert "are all zero" in said
 
 
+def test_a_recorded_current_has_its_motor_and_is_no_doubt() -> None:
+    """Its constant, gear and rotor were used, and "torque columns" were "without a motor model"."""
+    torques = np.zeros((len(TIME), 3))
+    torques[:, 1] = 0.01
+    by_current = replace(trial("a.csv", 20.0), torques=torques, by_current=("knee",))
+    other = trial("b.csv", 20.0, seed=1)
+    assert check_trials(LEG, [by_current, other]) == ()
+    torques[:, 0] = 0.02  # a column beside it
+    (said,) = check_trials(LEG, [by_current, other])
+    assert said.startswith("a.csv: the torque columns of hip are applied as known torques")
+    (said,) = check_trials(LEG, [replace(by_current, torques=0.0 * torques), other])
+    assert "current columns are all zero" in said
+
+
 def test_missing_samples_and_encoder_counts_are_not_taken_for_noise() -> None:
     count = 360.0 / 1024
     coarse = trial("a.csv", 20.0, noise=0.0)

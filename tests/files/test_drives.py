@@ -12,6 +12,8 @@ from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
+from synth.files.trial_list import read_trials
+from synth.rehearsal.servo_columns import drive_inputs
 
 LEG = """kind: leg
 name: arm
@@ -179,3 +181,34 @@ def test_mistakes_of_driven_columns(tmp_path: Path, header: str, words: str) -> 
     row = ",".join(["{t}", *["{k}"] * header.count(",")])
     with pytest.raises(UserError, match=words):
         read_recording(trial(tmp_path, header, row), leg)
+
+
+def test_a_drive_that_is_off_needs_no_column_of_it(tmp_path: Path) -> None:
+    """A winding that is open is no motor at 0 V: that brakes."""
+    leg = read_leg(leg_file(tmp_path, "{kind: voltage, " + MOTOR + "}"))
+    path = trial(tmp_path, "time [s],arm [deg]", "{t},{k}")
+    with pytest.raises(UserError, match=r"if it was off, its winding open, write drive_off: \[arm\]"):
+        read_recording(path, leg)
+    entry = {"file": path.name, "drive_off": ["arm"]}
+    (made,) = read_trials([entry], tmp_path, leg)
+    assert made.signals is not None
+    assert not made.signals.enabled.any()
+    planted = drive_inputs(tmp_path, made, leg, 0.0).planted(leg)  # of a rehearsal
+    assert not planted.enabled.any()
+    assert not planted.supply.any()
+
+
+@pytest.mark.parametrize(
+    ("drive", "columns", "off", "words"),
+    [
+        ("{kind: voltage, " + MOTOR + "}", "", "arn", "no joint of the leg; did you mean arm"),
+        ("{kind: voltage, " + MOTOR + "}", ",arm enabled [1]", "arm", "is given, though drive_off says"),
+        ("{kind: torque, " + MOTOR + "}", ",arm current [A]", "arm", "is given, though drive_off says"),
+        ("null", "", "arm", "has no drive that could be off"),
+    ],
+)
+def test_mistakes_of_a_drive_that_is_off(tmp_path: Path, drive: str, columns: str, off: str, words: str) -> None:
+    leg = read_leg(leg_file(tmp_path, drive))
+    path = trial(tmp_path, "time [s],arm [deg]" + columns, "{t},{k}" + ",1" * columns.count(","))
+    with pytest.raises(UserError, match=words):
+        read_trials([{"file": path.name, "drive_off": [off]}], tmp_path, leg)

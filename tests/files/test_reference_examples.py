@@ -37,6 +37,9 @@ JOINT = {
     "damper": {"rate": "1 N*m*s/rad"},
 }
 LEG = {"kind": "leg", "name": "rat", "joints": [{"name": name, **JOINT} for name in ("hip", "knee", "ankle")]}
+# As the projects name it: its hip's current may be recorded, so that a trial can tell that the drive is off.
+DRIVEN_LEG = deepcopy(LEG)
+DRIVEN_LEG["joints"][0]["drive"] = {"kind": "torque", "motor": {"torque_constant": "0.02 N*m/A"}}
 MOVES = {"rest": "105 deg", "amplitude": "20 deg", "damping_ratio": 0.4, "damped_frequency": "2 Hz"}
 TRIALS = {"leg": "rat.leg.yaml", "trials": ["trials/*.csv"]}
 MOTOR = {"torque_constant": "0.02 N*m/A", "resistance": "2 ohm"}
@@ -143,7 +146,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (found / name).write_text(swing)
     for name in ("rat.leg.yaml", "nominal.leg.yaml", "rat/rat.leg.yaml", "dog/dog.leg.yaml", "long_arm.leg.yaml"):
         (found / name).parent.mkdir(parents=True, exist_ok=True)
-        (found / name).write_text(yaml.safe_dump(LEG, sort_keys=False))
+        (found / name).write_text(yaml.safe_dump(DRIVEN_LEG, sort_keys=False))
     (found / "damper.csv").write_text("speed [rpm],torque [N*m]\n5,0.05\n10,0.08\n20,0.12\n")
     (found / "my_parts").mkdir()
     (found / "my_parts" / "a.csv").write_text(

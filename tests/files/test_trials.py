@@ -262,7 +262,7 @@ def test_entries(tmp_path: Path) -> None:
         ([{"file": "a.csv", "lockd": ["hip"]}], "did you mean locked"),
         ([{"file": "a.csv", "locked": ["hipp"]}], "did you mean hip"),
         ([{"file": "a.csv", "locked": "hip"}], "a list"),
-        ([{"file": "a.csv", "locked": ["hip", "hip"]}], "locked twice"),
+        ([{"file": "a.csv", "locked": ["hip", "hip"]}], "named twice"),
         ([{"file": "a.csv", "locked": ["hip", "knee"]}], "every joint is locked"),
         ([{"file": "a.csv", "tip_mass": 0.05}], "has no unit"),
         ([{"file": "a.csv", "tip_mass": "-1 g"}], "at least 0"),

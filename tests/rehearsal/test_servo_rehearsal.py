@@ -16,6 +16,7 @@ from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import write_leg
 from synth.fit.recordings import recordings
 from synth.planting import torque_laws
+from synth.planting.forms import NotApplicable
 from synth.planting.model import Law, PlantedServo, Truth
 from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.simulation import release
@@ -153,6 +154,23 @@ def test_a_servo_s_cause_is_planted_and_found(tmp_path: Path) -> None:
     document, said = diagnose_apart(case, tmp_path / "out", [])
     assert document is not None, said
     assert ("command_delay", "arm") in named_causes(document)
+
+
+def test_causes_of_what_a_servo_lacks_are_not_drawn(tmp_path: Path) -> None:
+    """Motor constant and spring rate of a torque servo without spring took places of the count, "not as large"."""
+    bare = ARM.with_joints(arm={"drive": Servo(8.0, 0.15, torque_limit=1.2)})
+    path = written(tmp_path / "bare", bare)
+    for file in path.parent.glob("*.csv"):
+        rows = [line.rsplit(",", 1)[0] for line in file.read_text().splitlines()]  # a servo without motor has no supply
+        file.write_text("\n".join(rows) + "\n")
+    path.write_text(path.read_text().replace("tolerance: {torque_constant: 2 %, resistance: 2 %}\n", ""))
+    rig = users_rig(read_gap_project(path))
+    drawn = {effect for effect, _ in cause_places(rig, 0)}
+    assert {"servo_gain", "gear_friction", "coulomb_friction", "viscous_damping", "link_mass", "base_tilt"} <= drawn
+    motor = {"torque_constant", "winding_resistance", "current_limit", "voltage_sag", "winding_heating"}
+    assert not drawn & (motor | {"spring_rate", "spring_preload", "backlash", "shear_thinning_damping"})
+    with pytest.raises(NotApplicable, match="no motor at this joint"):
+        Field.of(rig, 1, 0).plant(np.random.default_rng(0), PlantingTask("torque_constant", 0, 1, 0))
 
 
 def test_control_steps_and_interpolated_commands_are_refused(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ import pytest
 from diagnosis.simulated_releases import TWO, recorded
 from rehearsal.test_rehearsal import outcome, project
 from synth.commands.gap_rehearse import rehearsal_text
+from synth.planting.forms import NotApplicable, TooSmall
+from synth.rehearsal.one_case import _reason
 from synth.rehearsal.outcome import CaseOutcome
 from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal, _RunProgress
@@ -49,6 +51,10 @@ def test_a_cause_too_small_to_plant_is_not_said_not_to_act(rig: Rig, tmp_path: P
     said: list[str] = []
     Rehearsal(tmp_path / "gap.yaml", rig, 3, 1, 2, {})._tell_outcome(small.task, small, _RunProgress(1), said.append)
     assert said == ["  1/1 link mass (knee), 10 times the remainder: cannot be planted as large"]
+    none = replace(small, message="the joint has no spring")  # a reason of its own
+    assert none.taken_for == "cannot be planted: the joint has no spring"
+    assert _reason(TooSmall("link_mass: 2 floors at most")) == ""
+    assert _reason(NotApplicable("the joint has no spring")) == none.message
 
 
 def test_a_tie_is_counted_apart_and_not_as_a_name(rig: Rig, tmp_path: Path) -> None:

@@ -49,6 +49,7 @@ KEYS: dict[str, str] = {
     "trial.tilt": "The base's tilt in this trial, added to the leg's own.",
     "trial.held_out": "Never used to fit or to choose, only to score.",
     "trial.leg": "Another leg file with the same joints, used in this trial (`synth gap` only).",
+    "trial.drive_off": "Joints whose drive is off, its winding open: their trial needs no command and no voltage.",
     "tip_mass.mass": "Its mass.",
     "tip_mass.inertia": "Its inertia about its own centre.",
     "tip_mass.at": "Its distance from the last joint along the link; default: the link's end.",

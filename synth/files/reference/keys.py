@@ -222,7 +222,8 @@ OWN_EXAMPLES = {
 EXAMPLES = {
     "name": "dog hind leg", "seed": "1", "duty_steps": "885", "part": DAMPER,
     "curve": "damper.csv", "held_out": "true",
-    "locked": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states", "format": "deeplabcut",
+    "locked": "[hip]", "drive_off": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states",
+    "format": "deeplabcut",
     "catalogs": "[my_parts/*.csv]", "make": "true", "wire": "music", "parallel": "2", "encoder": "false",
     "mount": "false", "supported": "true", "file": "a.csv", "design": "hopper.yaml", "motor": MOTOR,
     "range": "[60 deg, 150 deg]", "tilt": "20 deg", "torque": "{hip: 1.9 N*m}", "free_angle": "105 deg",

@@ -21,7 +21,7 @@ def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
 EFFECT = Effect(
     name="torque_gain",
     meaning="a known torque's column is scaled",
-    phrase="has a torque column that is scaled",
+    phrase="is driven by a torque scaled against its recording",
     formula="torque on the joint = column (1 + share)",
     source="definition",
     way="drive",

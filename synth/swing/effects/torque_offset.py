@@ -20,7 +20,7 @@ def drive(legs: LegLanes, joint: int, sign: int, offset: Array) -> None:
 EFFECT = Effect(
     name="torque_offset",
     meaning="a known torque's column is shifted",
-    phrase="has a torque column that is shifted",
+    phrase="is driven by a torque shifted against its recording",
     formula="torque on the joint = column + offset",
     source="definition",
     way="drive",

@@ -300,7 +300,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def forecast(self, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
         """What a hypothesis predicts of an imagined trial."""
         _, kept = self._forecasts.setdefault(id(fit), (fit, {}))
-        return forecast(self.bench, fit, trial, covariance, kept)
+        return forecast(self.scene.leg, self.bench, fit, trial, covariance, kept)
 
     @cached_property
     def _forecasts(self) -> dict[int, tuple[EvaluatedHypothesis, PredictorCache]]:

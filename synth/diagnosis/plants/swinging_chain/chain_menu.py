@@ -12,7 +12,13 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.plant import MenuItem
-from synth.diagnosis.plants.swinging_chain.command_menu import CommandLimits, CommandMenu, has_servo
+from synth.diagnosis.plants.swinging_chain.command_menu import (
+    CommandLimits,
+    CommandMenu,
+    follows_command,
+    has_servo,
+    settled_state,
+)
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals, TorqueDrive
@@ -36,6 +42,7 @@ def menu(
 ) -> list[MenuItem[AngleTrial]]:
     """Releases of other sizes and sides, locked joints, a tip mass, a tilted base, a slow torque ramp.
 
+    Drives are off in them, with open windings, but for a ramp's: a short-circuited motor brakes by its constant.
     For a servo-driven leg: commands to follow, within the limits ``wanted``.
     """
     if has_servo(leg, trials):
@@ -45,7 +52,7 @@ def menu(
     ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
     rest = np.median(ends, axis=0)
     widest = starts[int(np.argmax(np.abs(starts - rest).sum(axis=1)))]
-    away, plain = widest - rest, Conditions()
+    away, plain, names = widest - rest, Conditions(), leg.joint_names
 
     def item(
         what: str,
@@ -57,8 +64,11 @@ def menu(
         release = leg.within_travel(rest + share * away)
         angles = dict(zip(leg.joint_names, leg.to_measured(release).tolist(), strict=True))
         torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], TRIAL_LENGTH)
-        entry = {"file": "trials/next.csv", **keys}
-        return MenuItem(what, entry, _imagined_release(leg, bench.noise, release, conditions, ramp), angles, torque)
+        off = [k for k, joint in enumerate(leg.joints) if joint.drive is not None and (ramp is None or k != ramp[0])]
+        servos = [names[k] for k in off if isinstance(leg.joints[k].drive, Servo)]
+        entry = {"file": "trials/next.csv", **keys, **({"drive_off": servos} if servos else {})}
+        trial = _imagined_release(leg, bench.noise, release, conditions, ramp)
+        return MenuItem(what, entry, trial, angles, torque, state=_off_text([names[k] for k in off]))
 
     made = [
         item("a release of one third of the amplitude", 0.33, {}, plain),
@@ -66,7 +76,7 @@ def menu(
         item("a release of 1.5 times the largest amplitude so far", 1.5, {}, plain),
         item("a release from the other side", -1.0, {}, plain),
     ]
-    n, names = len(leg.joints), leg.joint_names
+    n = len(leg.joints)
     tip = 0.5 * leg.joints[-1].link.mass
     added = {"tip_mass": write(float(f"{tip:.3g}"), "kg")}
     made += [
@@ -87,6 +97,14 @@ def menu(
         if torque:
             made.append(item(_ramp_text(joint, torque), 0.0, {}, plain, (j, torque)))
     return made
+
+
+def _off_text(names: Sequence[str]) -> str:
+    """That the motors of these joints must be off; empty without any."""
+    if not names:
+        return ""
+    some = ", ".join(names[:-1])
+    return f"with the {'windings' if some else 'winding'} of {some + ' and ' if some else ''}{names[-1]} open"
 
 
 def _ramp_text(joint: Joint, torque: float) -> str:
@@ -162,7 +180,7 @@ def _imagined_release(
         applied, ends, drive = np.zeros((2, n)), np.array([0.0, TRIAL_LENGTH]), leg.joints[joint].drive
         applied[1, joint] = leg.joints[joint].sign * torque
         if isinstance(drive, Servo) and drive.open_duty and drive.motor is not None:
-            driven = np.ones((2, 1)) * np.array([isinstance(each.drive, Servo) for each in leg.joints])
+            driven = np.ones((2, 1)) * (np.arange(n) == joint)  # the windings of the others are open
             signals = ServoSignals(ends, np.zeros((2, n)), applied / drive.motor.strength, driven)
         else:
             known = ends, applied
@@ -171,13 +189,16 @@ def _imagined_release(
 
 
 def forecast(
-    bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: PredictorCache
+    leg: Leg, bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array, kept: PredictorCache
 ) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges.
 
+    Commands are followed from rest at the first one.
     ``kept`` : one for all trials of the fit.
     """
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
+    if follows_command(leg, trial):
+        state = settled_state(bench, fit, leg, trial)
     # By the unknowns that are not fixed.
     moved = [*bench.predictor.open_tolerances, *range(bench.n_tolerance, len(fit.unknowns))]
     prediction, slopes = bench.slopes(trial, fit, state, moved, kept)

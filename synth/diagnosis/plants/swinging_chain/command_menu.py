@@ -16,10 +16,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.lanes import Block
+from synth.diagnosis.effect_shape import unknown_slices
+from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.lanes import Block, PredictorCache
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.plants.swinging_chain.command_shapes import COMMAND_RATE, Shape, limit_rate, shapes
+from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.next_command import JointLimits, NextCommand
@@ -30,6 +33,9 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import rest_pose
 
 LIMIT_PERCENTILE = 98.0  # % of the time, so that a single outlier is no limit
+# A first command is held so many s at a time, at most so often, until no joint moves farther than this (rad) in the
+# last tenth: a hundredth of the finest counts. What swings on is left swinging, as it would in a recording.
+HOLDING, MOST_HOLDS, STILL = 1.0, 4, 1e-6
 MOST_SHRINKS, LIMIT_MARGIN = 8, 0.98  # times that a command is made smaller, and the share of a limit aimed at
 
 
@@ -96,8 +102,7 @@ def _fastest_command(signals: ServoSignals) -> Array:
 
 def has_servo(leg: Leg, trials: Sequence[AngleTrial]) -> bool:
     """Whether a joint of the leg follows commands, and some trial records them."""
-    driven = any(isinstance(joint.drive, Servo) and joint.drive.gain > 0.0 for joint in leg.joints)
-    return driven and any(trial.recording.signals is not None for trial in trials)
+    return any(follows_command(leg, trial) for trial in trials)
 
 
 @dataclass(frozen=True)
@@ -179,6 +184,41 @@ class CommandMenu:
     def imagined(self, command: Array) -> AngleTrial:
         """A trial without readings that follows ``command`` (m, n) rad on q."""
         return _imagined_command_trial(self.leg, self.bench.noise, self.time, command)
+
+
+def follows_command(leg: Leg, trial: AngleTrial) -> bool:
+    """Whether a servo holds a joint of the trial at a command."""
+    driven = any(isinstance(joint.drive, Servo) and joint.drive.gain > 0.0 for joint in leg.joints)
+    return driven and trial.recording.signals is not None
+
+
+def settled_state(bench: Workbench, fit: EvaluatedHypothesis, leg: Leg, trial: AngleTrial) -> Array:
+    """(2 n,) rad and rad/s on q of a fit's leg that has held the trial's first command until it rests; nan: diverges.
+
+    A recording of a command begins so. A leg that were released at the command itself would first fall to where servo
+    and load balance, and causes that act alike under any command, as one that is late and a reading that is late,
+    would differ in that fall alone.
+    """
+    signals = trial.recording.signals
+    assert signals is not None
+    n, time = len(leg.joints), HOLDING * np.array([0.0, 0.9, 1.0 - 1.0 / COMMAND_RATE, 1.0])
+    # Without the causes that only read otherwise: the state is the leg's own.
+    every = chain_candidates(fit.hypothesis)
+    moving = [k for k, cause in enumerate(every) if cause.effect.way != "reading"]
+    places = unknown_slices(every, bench.n_tolerance)
+    unknowns = np.concatenate([fit.unknowns[: bench.n_tolerance], *(fit.unknowns[places[k]] for k in moving)])
+    held = _imagined_command_trial(
+        leg, trial.recording.smoothed.noise, time, np.tile(signals.command[0], (len(time), 1))
+    )
+    state, kept = np.concatenate([trial.measured[0], np.zeros(n)]), PredictorCache()
+    for _ in range(MOST_HOLDS):
+        block = Block(tuple(every[k] for k in moving), unknowns[:, None], state[None, :, None])
+        motion = bench.predictor.predict([held], [block], kept)[0][:, :, 0]
+        moved = motion[-1] - motion[1:-1]  # over the last tenth, and over the last sample
+        state = np.concatenate([motion[-1], moved[-1] / (time[-1] - time[-2])])
+        if not np.abs(moved).max() > STILL:
+            break
+    return state
 
 
 def _imagined_command_trial(leg: Leg, noise: Array, time: Array, command: Array) -> AngleTrial:

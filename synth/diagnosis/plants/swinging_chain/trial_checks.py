@@ -155,15 +155,29 @@ def _few_trials(learnt: int, held_out: int) -> list[str]:
 
 
 def _driven_trials(leg: Leg, trials: Sequence[Trial]) -> list[str]:
+    """What known torques leave out; a recorded current has its motor in the leg file, and that is no doubt."""
     driven = [trial for trial in trials if trial.torques is not None]
-    if not driven:
+    acting = {trial.name: _torque_joints(leg, trial) for trial in driven}
+    if driven and not any(acting.values()):
+        column = "current" if all(trial.by_current for trial in driven) else "torque"
+        return [decisive(f"{_first_names(list(acting))}: the {column} columns are all zero")]
+    by_column = {t.name: [each for each in acting[t.name] if each not in t.by_current] for t in driven}
+    by_column = {name: each for name, each in by_column.items() if each}
+    if not by_column:
         return []
-    torques = [trial.torques for trial in driven if trial.torques is not None]
-    joints = [name for j, name in enumerate(leg.joint_names) if any(np.any(t[:, j] != 0.0) for t in torques)]
-    names = ", ".join(trial.name for trial in driven[:3]) + (f" and {len(driven) - 3} more" if len(driven) > 3 else "")
-    if not joints:
-        return [decisive(f"{names}: the torque columns are all zero")]
+    joints = [name for name in leg.joint_names if any(name in each for each in by_column.values())]
     return [
-        f"{names}: the torque columns of {', '.join(joints)} are applied as known torques without a motor model "
-        "(winding, supply, gears); an error in them would be attributed to the joint"
+        f"{_first_names(list(by_column))}: the torque columns of {', '.join(joints)} are applied as known torques "
+        "without a motor model (winding, supply, gears); an error in them that is no offset, factor or delay would be "
+        "attributed to the joint"
     ]
+
+
+def _torque_joints(leg: Leg, trial: Trial) -> list[str]:
+    """Joints on which a known torque acts in the trial."""
+    torques = trial.torques
+    return [] if torques is None else [each for j, each in enumerate(leg.joint_names) if np.any(torques[:, j] != 0.0)]
+
+
+def _first_names(names: Sequence[str]) -> str:
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
