@@ -24,7 +24,8 @@ class OverlaidMotion:
     """One side's motion from a start.
 
     ``rotation`` (m, n) rad at the start's times, of a side with a pace at its own times over that; nan where undefined;
-    ``measured`` and ``away``: the recording used and how far its start is from this one; None and 0 for a simulated leg.
+    ``measured`` and ``away``: the recording used and how far its start is from this one; None and 0 for a simulated
+    leg.
     """
 
     rotation: Array

@@ -10,8 +10,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.comparison.side import ComparedMotion, Side
 from synth.drives.servo import ServoSignals
-from synth.motion.noise import white_noise
-from synth.motion.pace import ORDER, paces
+from synth.noise import white_noise
+from synth.pace import ORDER, paces
 from synth.sampling import usual_step
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
