@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, estimate, joined_names
-from synth.reports.quantities import brief, interval_of, whole_percent
+from synth.reports.quantities import brief, interval_of, interval_text, with_unit
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import motion
@@ -76,7 +76,7 @@ def _unexplained_joints(document: Json) -> list[str]:
 
 
 def _unsure(joints: Json) -> list[tuple[float, str]]:
-    """(half width over value, joint and rate) of the uncertain rates, the widest first."""
+    """(half width over value, joint and rate with its interval) of the uncertain rates, the widest first."""
     found = []
     for name, joint in joints.items():
         for key, words in (("spring_rate", "spring rate"), ("damper_rate", "damper rate")):
@@ -88,7 +88,8 @@ def _unsure(joints: Json) -> list[tuple[float, str]]:
             assert low is not None
             assert high is not None
             if (share := (high - low) / 2 / abs(value)) > CERTAIN_SHARE:
-                found.append((share, f"{name}'s {words}"))
+                shown = with_unit(interval_text(quantity), quantity)
+                found.append((share, f"{name}'s {words}, {shown} (90\u00a0%)"))
     return sorted(found, reverse=True)
 
 
@@ -99,11 +100,7 @@ def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
             for name in names if left.get(name) and noise.get(name)]  # fmt: skip
     words = f"Residual (RMS): {'; '.join(residuals)}." if residuals and "wanted" not in document else ""
     if unsure:
-        share, name = unsure[0]
-        known = (
-            "not known: its interval is wider than its value" if share > 1.0 else f"known to ±{whole_percent(share)}"
-        )
-        words += f" Least certain: the {name}, {known}."
+        words += f" Least certain: the {unsure[0][1]}."
     return words.strip()
 
 

@@ -44,6 +44,10 @@ class Unknowns(Protocol):
         """(n_unknown,) mean and (n_unknown,) precision (1 / variance, 0 for none) of a weak normal prior."""
 
     @property
+    def weak_precision(self) -> Array:
+        """(n_unknown,) the prior's precision where it says what is typical, 0 where the user stated something."""
+
+    @property
     def rest_index(self) -> tuple[int | None, ...]:
         """For each joint the index of its rest angle, or None."""
 
@@ -125,6 +129,13 @@ class SpringsAndDampers:
         for place, value, sharpness in self.beliefs:
             mean[place], precision[place] = value, sharpness
         return mean, precision
+
+    @cached_property
+    def weak_precision(self) -> Array:
+        """(n_unknown,) the prior's precision, 0 of the beliefs."""
+        weak = self.prior[1].copy()
+        weak[[place for place, _, _ in self.beliefs]] = 0.0
+        return weak
 
     @property
     def lower(self) -> Array:

@@ -38,7 +38,9 @@ FIT = {
     "intervals.by": "Method of the intervals.",
     "interval_sources[].joint": "The joint.",
     "interval_sources[].quantity": "The estimate.",
-    "interval_sources[].half_width90": "Half of its interval, relative for a rate; absolute where that begins at 0.",
+    "interval_sources[].half_width90": (
+        "Half of its interval; of a rate half of its logarithm's, as a factor less one; absolute where it begins at 0."
+    ),
     "interval_sources[].shares.NAME": (
         "Share of its variance due to a source (`trials`, `the leg's law`, or a value of the leg file); they sum to 1."
     ),
