@@ -117,6 +117,12 @@ def _steps(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
     return ["Use fitted.leg.yaml, for example as the source of `synth leg`."] if mapping(document, "joints") else []
 
 
+def _damper(joint: Json) -> Cell:
+    if joint.get("damper_rate"):
+        return estimate(joint["damper_rate"])
+    return Cell("none" if mapping(joint, "damper").get("law") == "none" else "curve given")
+
+
 def _figures(document: Json) -> Figures | None:
     joints = mapping(document, "joints")
     if not joints:
@@ -127,7 +133,7 @@ def _figures(document: Json) -> Figures | None:
         [
             Cell(name),
             estimate(joint.get("spring_rate")),
-            estimate(joint["damper_rate"]) if joint.get("damper_rate") else Cell("curve given"),
+            _damper(joint),
             estimate(joint.get("free_angle")),
             *([estimate(law[1].get(name)) if law[1].get(name) else Cell("none")] if law else []),
             Cell(brief(rms.get(name))),

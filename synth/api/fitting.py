@@ -106,7 +106,7 @@ class Fit(Report):
             for end, word in (("value", ""), ("low", " low"), ("high", " high")):
                 ends = [None if item is None else getattr(item, end) for item in found]
                 table[f"{name}{word} [{unit}]"] = [None if value is None else value * factor for value in ends]
-        table["RMS [deg]"] = [float(np.degrees(self.rms[name])) for name in self.joints]
+        table["RMS [deg]"] = [float(np.degrees(self.rms[name])) if name in self.rms else None for name in self.joints]
         return table
 
     def panels(self) -> Sequence[Panel]:

@@ -89,6 +89,8 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
             for item, si in given
             for cell in (("unknown", "") if _is_any_angle(item) else _estimate(shown.of(item, si) if item else None))
         ]
+        if (joint.get("damper") or {}).get("law") == "none":  # a joint that is locked in every trial
+            cells[2] = "none"
         rows.append([name, *cells, _number(content["rms"].get(name))])
     count = len(warning_texts(content))
     return f"{table_text(rows)}\n{_law_text(content)}{count} warning{'' if count == 1 else 's'}"

@@ -21,7 +21,7 @@ from synth.fit.recordings import Recording
 from synth.fit.static_points import Balance
 from synth.fit.uncertainty import LOOSE_RATE
 from synth.fit.unknowns import SpringsAndDampers
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Leg, Spring
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import quantity
 
@@ -31,6 +31,7 @@ ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])  # rad, of the reading: by eye, protr
 ANGLES = 25  # tried over the joint's travel
 TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, attached at its tip
 FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel is limited
+HOLDING_STIFFNESS = 1e6  # times the stiffest spring, as of the trials' equilibria
 WORTH = 0.8  # of the interval now, that with the point: a point that narrows it by less than a fifth is not proposed
 LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose does not determine the rate
 
@@ -134,7 +135,7 @@ def _proposal(
 ) -> Proposal | None:
     """The point that determines joint ``j``'s rate best, with the least accurate reading that reaches the goal."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
-    fitted = unknowns.fitted_leg(values)
+    fitted = _clamped(unknowns, unknowns.fitted_leg(values), recordings)
     try:
         pose = rest_pose(fitted)
     except ArithmeticError:
@@ -177,6 +178,14 @@ def _proposal(
         half_width(best[0]),
     )
     return _with_tip_mass(made, unknowns, fitted, pose, values, known, j)
+
+
+def _clamped(unknowns: SpringsAndDampers, leg: Leg, recordings: Sequence[Recording]) -> Leg:
+    """The leg with joints that no recording moves held, by a stiff spring, where the first one has them."""
+    held = [j for j in range(len(leg.joints)) if j not in unknowns.rates]
+    angles = leg.to_measured(recordings[0].smoothed.angle[0])
+    stiff = HOLDING_STIFFNESS * max(joint.spring.rate for joint in leg.joints if joint.spring is not None)
+    return leg.with_joints(**{leg.joint_names[j]: {"spring": Spring(stiff, float(angles[j]))} for j in held})
 
 
 def _with_tip_mass(

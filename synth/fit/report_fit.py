@@ -260,9 +260,8 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
 
 def _static(unknowns: SpringsAndDampers, fitted: FittedTreatments) -> tuple[JudgedPoint, ...]:
     """The static points and their fit, those that are no part of it last."""
-    n, values = len(unknowns.leg.joints), fitted.stage.solution.values
-    rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
-    rest = values[[unknowns.rest_at(j) for j in range(n)]]
+    rate, rest = unknowns.springs(fitted.stage.solution.values)
+    rate = np.exp(rate)
     others = judge_points([each.balance for each in fitted.left_out], rate, rest, left_out=True)
     return (*judge_points(unknowns.balances, rate, rest), *others)
 
@@ -348,6 +347,9 @@ def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Ar
 
     found = {}
     for j, joint in enumerate(leg.joints):
+        if j not in unknowns.rates:
+            found[joint.name] = JointFit.of_locked()
+            continue
         place = unknowns.rest_at(j)
         angle = joint.zero + joint.sign * float(solution.values[place])
         # The free angle of a spring that may not be there is anywhere: where the search may put it.

@@ -183,6 +183,20 @@ class SpringsAndDampers:
         """(n_unknown,) N m/rad, rad and N m s/rad."""
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, values, 0.0)), values)
 
+    def of_joints(self, joints: Sequence[int]) -> SpringsAndDampers:
+        """Those at some of the joints; before there are beliefs and balances."""
+        rates, rests, dampers = (
+            tuple(j for j in each if j in joints) for each in (self.rates, self.rests, self.dampers)
+        )
+        return replace(self, rates=rates, rests=rests, dampers=dampers)
+
+    def springs(self, values: Array) -> tuple[Array, Array]:
+        """(n,) logarithms of the spring rates, and (n,) rad rests; nan where they are not estimated."""
+        rates, rests = np.full((2, len(self.leg.joints)), np.nan)
+        rates[list(self.rates)] = values[: len(self.rates)]
+        rests[list(self.rests)] = values[len(self.rates) :][: len(self.rests)]
+        return rates, rests
+
     def fitted_leg(self, values: Array) -> Leg:
         """The leg with these springs and dampers (n_unknown,); other parameters are kept."""
         natural, joints = self.natural(values), list(self.leg.joints)
