@@ -20,6 +20,7 @@ from synth.api.beside_project import (
 )
 from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
 from synth.batch.one_fit import Ready, fit_project, ready, write_fit, write_fit_files
+from synth.compiling.announced import told_to
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle, Laws, Release
 from synth.files.leg_file import PartResolver
@@ -220,5 +221,5 @@ def check_project(project: FitProject) -> Ready:
 
 def fit_checked(given: Ready, *, stage: Stage = silent) -> Fit:
     """Fit a checked project."""
-    with stage("fitting"):
+    with told_to(stage), stage("fitting"):
         return Fit(given.project, fit_project(given))
