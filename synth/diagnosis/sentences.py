@@ -182,7 +182,7 @@ def _fitted_words(wording: ErrorWording) -> str:
     """
     if not wording.takes < min(wording.asked, wording.takes_fitted):
         return ""
-    return f" On the trials that it is fitted to it takes {100 * wording.takes_fitted:.0f} %."
+    return f" On the trials that the explanation is fitted to it takes {100 * wording.takes_fitted:.0f} %."
 
 
 def _reduction_words(share: float, causes: int) -> str:

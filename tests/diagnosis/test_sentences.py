@@ -64,7 +64,9 @@ def test_the_share_by_which_the_verdict_is_given_is_told_where_the_other_is_less
     """The verdict asks 68 % of the fitted trials; the page stated 43 % of the unseen ones alone."""
     wording = replace(TOLD, takes=takes, takes_fitted=fitted, asked=0.68)
     said = sentence("effect", ["the hip sticks"], [], 0.72, wording)
-    assert (f"noise 0.01°. On the trials that it is fitted to it takes {100 * fitted:.0f} %." in said) == told
+    assert (
+        f"noise 0.01°. On the trials that the explanation is fitted to it takes {100 * fitted:.0f} %." in said
+    ) == told
 
 
 def test_a_large_number_in_a_sentence_has_no_power_of_ten() -> None:
