@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from markupsafe import Markup
 
 from synth.reports.opening import Cell, Figures, Opening, estimate, joined_names
-from synth.reports.quantities import brief, interval_of, whole_percent
+from synth.reports.quantities import brief, interval_of, interval_text, with_unit
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import motion
@@ -76,7 +76,7 @@ def _unexplained_joints(document: Json) -> list[str]:
 
 
 def _unsure(joints: Json) -> list[tuple[float, str]]:
-    """(half width over value, joint and rate) of the uncertain rates, the widest first."""
+    """(half width over value, joint and rate with its interval) of the uncertain rates, the widest first."""
     found = []
     for name, joint in joints.items():
         for key, words in (("spring_rate", "spring rate"), ("damper_rate", "damper rate")):
@@ -88,7 +88,8 @@ def _unsure(joints: Json) -> list[tuple[float, str]]:
             assert low is not None
             assert high is not None
             if (share := (high - low) / 2 / abs(value)) > CERTAIN_SHARE:
-                found.append((share, f"{name}'s {words}"))
+                shown = with_unit(interval_text(quantity), quantity)
+                found.append((share, f"{name}'s {words}, {shown} (90\u00a0%)"))
     return sorted(found, reverse=True)
 
 
@@ -99,11 +100,7 @@ def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
             for name in names if left.get(name) and noise.get(name)]  # fmt: skip
     words = f"Residual (RMS): {'; '.join(residuals)}." if residuals and "wanted" not in document else ""
     if unsure:
-        share, name = unsure[0]
-        known = (
-            "not known: its interval is wider than its value" if share > 1.0 else f"known to ±{whole_percent(share)}"
-        )
-        words += f" Least certain: the {name}, {known}."
+        words += f" Least certain: the {unsure[0][1]}."
     return words.strip()
 
 
@@ -120,6 +117,12 @@ def _steps(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) 
     return ["Use fitted.leg.yaml, for example as the source of `synth leg`."] if mapping(document, "joints") else []
 
 
+def _damper(joint: Json) -> Cell:
+    if joint.get("damper_rate"):
+        return estimate(joint["damper_rate"])
+    return Cell("none" if mapping(joint, "damper").get("law") == "none" else "curve given")
+
+
 def _figures(document: Json) -> Figures | None:
     joints = mapping(document, "joints")
     if not joints:
@@ -130,7 +133,7 @@ def _figures(document: Json) -> Figures | None:
         [
             Cell(name),
             estimate(joint.get("spring_rate")),
-            estimate(joint["damper_rate"]) if joint.get("damper_rate") else Cell("curve given"),
+            _damper(joint),
             estimate(joint.get("free_angle")),
             *([estimate(law[1].get(name)) if law[1].get(name) else Cell("none")] if law else []),
             Cell(brief(rms.get(name))),

@@ -79,11 +79,12 @@ def _sources(stage: str, fit: Json) -> list[Json]:
         shares = {name: float(share) for name, share in mapping(source, "shares").items()}
         trials = shares.pop("trials", 0.0)
         ranked = sorted(shares.items(), key=lambda item: -item[1])[:NAMED]
+        joint, kind = str(mapping(source).get("joint")), str(mapping(source).get("quantity"))
         rows.append({
             "stage": stage,
-            "joint": mapping(source).get("joint"),
-            "quantity": str(mapping(source).get("quantity")).replace("_", " "),
-            "half": mapping(source).get("half_width90"),
+            "joint": joint,
+            "quantity": kind.replace("_", " "),
+            "estimate": mapping(fit, "joints", joint, kind),
             "trials": f"{100 * trials:.0f}\u00a0%",
             "links": ", ".join(f"{name} {100 * share:.0f}\u00a0%" for name, share in ranked if share >= LEAST_SHARE),
         })  # fmt: skip

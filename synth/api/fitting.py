@@ -20,6 +20,7 @@ from synth.api.beside_project import (
 )
 from synth.api.report import IN_CODE, Cell, Panel, Report, Stage, silent
 from synth.batch.one_fit import Ready, fit_project, ready, write_fit, write_fit_files
+from synth.compiling.announced import told_to
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle, Laws, Release
 from synth.files.leg_file import PartResolver
@@ -110,7 +111,7 @@ class Fit(Report):
                 unknown = [item is None or (end == "value" and item.is_any_angle) for item in found]
                 ends = [None if no else getattr(item, end) for item, no in zip(found, unknown, strict=True)]
                 table[f"{name}{word} [{unit}]"] = [None if value is None else value * factor for value in ends]
-        table["RMS [deg]"] = [float(np.degrees(self.rms[name])) for name in self.joints]
+        table["RMS [deg]"] = [float(np.degrees(self.rms[name])) if name in self.rms else None for name in self.joints]
         return table
 
     def panels(self) -> Sequence[Panel]:
@@ -224,5 +225,5 @@ def check_project(project: FitProject) -> Ready:
 
 def fit_checked(given: Ready, *, stage: Stage = silent) -> Fit:
     """Fit a checked project."""
-    with stage("fitting"):
+    with told_to(stage), stage("fitting"):
         return Fit(given.project, fit_project(given))

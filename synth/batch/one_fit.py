@@ -19,6 +19,7 @@ from synth.fit.copies import without_copies
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.free_motion_start import recordings_from
+from synth.fit.locked_joints import balanced_at, moving_joints, with_locked_joints
 from synth.fit.methods import fit_by, require_method
 from synth.fit.plausibility import doubts
 from synth.fit.recordings import Recording, recordings
@@ -60,7 +61,8 @@ def ready(project: FitProject) -> Ready:
         text = "every trial is held out; at least one must be fitted"
         raise UserError(Problem(text, str(project.path), key="trials"))
     held_out = [trial for trial in project.trials if trial.held_out]
-    leg, both = project.leg, (recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
+    moving = moving_joints(project.leg, fitted)
+    leg, both = project.leg, (recordings(project.leg, fitted, moving), recordings(project.leg, held_out, ()))
     own, checks, messages = without_copies(*both, str(project.path))
     if project.release == "recorded":
         return Ready(project, own, checks, messages if wanted is None else wanted.messages, wanted)
@@ -77,13 +79,14 @@ def fit_project(given: Ready) -> FitResult:
     UserError : no simulated motion of this leg comes near the trials.
     """
     project = given.project
+    moving = moving_joints(project.leg, [trial for trial in project.trials if not trial.held_out])
     options = LegFitOptions(
         project.free_angle,
         project.fit.weight,
         {j.name: j.damper.curve for j in project.leg.joints if j.damper and j.damper.curve},
         project.fit.seed,
         project.prior,
-        static=project.static,
+        static=balanced_at(project.static, project.leg, moving),
         intervals=project.fit.intervals,
         tolerance=project.tolerance,
         release=project.release,
@@ -97,6 +100,7 @@ def fit_project(given: Ready) -> FitResult:
     result = with_other_legs(result, () if given.wanted is None else given.wanted.legs)
     messages = (*given.messages, *doubts(project.leg, given.fitted, result))
     result = replace(result, warnings=(*messages, *result.warnings))
+    result = with_locked_joints(result, project.leg, moving)
     defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]
     tolerance = links_json(project.tolerance, project.leg)
     shown = {} if given.wanted is None else given.wanted.as_json()

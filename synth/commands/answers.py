@@ -7,7 +7,6 @@ the same numbers.
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 from synth.commands.table_text import table_text
+from synth.estimation.estimate_words import estimate_words
 from synth.files.shown_units import METRIC, ShownUnits
 from synth.remarks import SEVERITIES, read_remark, severity_of
 from synth.units import significant
@@ -27,9 +27,6 @@ Json = Mapping[str, Any]
 MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
 LARGEST_AT_NOISE = 0.5  # noise floors, of a gap's remainder: as on the page
-MOST_DECIMALS = 6  # of an estimate in a table
-SMALL = 1e-3  # in the unit of a table; a smaller value that needs more decimals is shown with a power of ten
-WIDE_INTERVAL = 10.0  # ratio of the ends from which each is rounded by itself, as on the pages
 MOST_CAUSES = 5  # on the screen: a glance, with those that the sentence names; the report has all
 # Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names
 # (``synth.diagnosis.sentences``).
@@ -95,6 +92,8 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
             for item, si in given
             for cell in (("unknown", "") if _is_any_angle(item) else _estimate(shown.of(item, si) if item else None))
         ]
+        if (joint.get("damper") or {}).get("law") == "none":  # a joint that is locked in every trial
+            cells[2] = "none"
         rows.append([name, *cells, _number(content["rms"].get(name))])
     count = len(warning_texts(content))
     return f"{table_text(rows)}\n{_law_text(content)}{count} warning{'' if count == 1 else 's'}"
@@ -221,20 +220,13 @@ def is_near_enough(alternative: Json, wanted: float | None) -> bool:
 
 
 def _estimate(quantity: Json | None) -> tuple[str, str]:
-    """A value and its 90 % interval, rounded to two digits of the half width; to two digits each if it is wide."""
+    """A value and its 90 % interval, in as many digits as the interval justifies."""
     if not quantity:
         return "curve", ""
     low, high = quantity.get("interval90") or (None, None)
     if low is None or high is None or not high > low:
         return _number(quantity), ""
-    if low > 0.0 and high > WIDE_INTERVAL * low:
-        return significant(quantity["value"], 2), f"{significant(low, 2)} to {significant(high, 2)}"
-    value, decimals = quantity["value"], max(0, 1 - math.floor(math.log10((high - low) / 2)))
-    if decimals > MOST_DECIMALS and abs(value) < SMALL:  # an insect's spring, 2e-7 N m/rad
-        digits = max(0, decimals + math.floor(math.log10(max(abs(value), (high - low) / 2))))
-        return f"{value:.{digits}e}", f"{low:.{digits}e} to {high:.{digits}e}"
-    decimals = min(MOST_DECIMALS, decimals)
-    return f"{value:.{decimals}f}", f"{low:.{decimals}f} to {high:.{decimals}f}"
+    return estimate_words(quantity["value"], low, high)
 
 
 def _is_any_angle(quantity: Json | None) -> bool:

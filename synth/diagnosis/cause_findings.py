@@ -14,6 +14,7 @@ from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, Sco
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.no_help import without_causes_of_no_help
+from synth.diagnosis.odds import share_removed_from_fitted
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
 from synth.diagnosis.prediction_error import PredictionErrors, label_of_causes
@@ -365,6 +366,8 @@ def _diagnosis_sentence(
         wording,
         nearest=nearest,
         takes=stages.errors.shrink().value,
+        takes_fitted=_taken_from_fitted(judged),
+        asked=plant.calibration.most_of_several if several else plant.calibration.most,
         left=left,
         accuracy=plant.accuracy,
         leading=leading,
@@ -378,3 +381,9 @@ def _diagnosis_sentence(
     )
     text = sentence(judged.verdict, texts[0], texts[1:], probability, wording)
     return text + plant.addendum(judged.verdict, stages)
+
+
+def _taken_from_fitted(judged: Judgement[F]) -> float:
+    """Share of the gap that the accepted explanation removes from the trials that it is fitted to."""
+    none = next((item for item, _ in judged.weighed if not item.keys), None)
+    return 0.0 if none is None else share_removed_from_fitted(judged.accepted, none)

@@ -39,8 +39,9 @@ class ErrorWording:
     contain, in words; ``each`` : the errors with each tied explanation but the accepted one. ``moved`` : the error of
     the explanation where it follows held-out trials within its uncertainty, if only that keeps them from contradicting
     it; ``parted`` : the errors of these trials and of the others, if there are both. ``none`` : probability that no
-    effect is missing. ``further`` : what takes the remainder, if anything does; ``tried`` : whether further causes were
-    tried at all.
+    effect is missing. ``takes_fitted`` : the share that the explanation removes from the trials that it is fitted to;
+    ``asked`` the one in the odds of an unknown cause. ``further`` : what takes the remainder, if anything does;
+    ``tried`` : whether further causes were tried at all.
     """
 
     nominal: str
@@ -51,6 +52,8 @@ class ErrorWording:
     after: Estimate
     floor: Estimate
     takes: float = 0.0
+    takes_fitted: float = 0.0
+    asked: float = 0.0
     left: Remainder | None = None
     accuracy: float = 0.0
     leading: Sequence[tuple[str, float]] = ()
@@ -174,8 +177,18 @@ def sentence(
         )
     return (
         f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {_reduction_words(wording.takes, len(causes))}: "
-        f"{error} {_change_range_words(wording, wording.after)}, noise {floor}.{rest}"
+        f"{error} {_change_range_words(wording, wording.after)}, noise {floor}.{_fitted_words(wording)}{rest}"
     )
+
+
+def _fitted_words(wording: ErrorWording) -> str:
+    """What the explanation takes on the trials that it is fitted to, where it takes less on unseen ones than is asked.
+
+    The odds ask it of the fitted trials: the share on unseen ones alone would seem to break that rule.
+    """
+    if not wording.takes < min(wording.asked, wording.takes_fitted):
+        return ""
+    return f" On the trials that the explanation is fitted to it takes {100 * wording.takes_fitted:.0f} %."
 
 
 def _reduction_words(share: float, causes: int) -> str:

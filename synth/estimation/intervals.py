@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.estimate_words import interval_words
 from synth.units import quantity
 
 NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations: the normal's 95 % point
@@ -41,6 +42,14 @@ class Estimate:
         """``{"value", "unit", "interval90"}``; with ``"unknown": true`` if it is any angle."""
         interval = None if self.low is None or self.high is None else (self.low, self.high)
         return quantity(self.value, self.unit, interval) | ({"unknown": True} if self.is_any_angle else {})
+
+    @property
+    def words(self) -> str:
+        """The 90 % interval in a sentence, ``0.064 to 0.76 N*m/rad``: the numbers of the table; empty without one."""
+        if self.low is None or self.high is None:
+            return ""
+        value, low, high = (quantity(each, self.unit)["value"] for each in (self.value, self.low, self.high))
+        return interval_words(value, low, high, self.unit)
 
 
 def student95(degrees: int) -> float:

@@ -21,6 +21,7 @@ from synth.fit.law_start import law_starts
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms
+from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Leg
 
 SUSPECT_RESIDUALS = 1.15  # times the samples' scatter, a joint's residuals from which a law is looked for
@@ -50,6 +51,7 @@ def another_law(
     """
     if any(joint.effects for joint in leg.joints) or any(recording.leg is not None for recording in recordings):
         return None
+    compiled_chain(len(leg.joints)).load_laws()
     some, every = searched_recordings(recordings), _stride(recordings)
     weights = replace(stage.weights, noise=stage.weights.noise[::every], centre=None)
     of_some = Stage(replace(stage.solution, locals=stage.solution.locals[::every]), weights)

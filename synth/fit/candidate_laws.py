@@ -111,6 +111,11 @@ class LawUnknowns:
         return self.start, np.full(len(self.names), precision)
 
     @property
+    def weak_precision(self) -> Array:
+        """The prior's: nobody states a law's parameters."""
+        return self.prior[1]
+
+    @property
     def rest_index(self) -> tuple[int | None, ...]:
         """No rest angle is estimated: there is no spring."""
         return (None,) * self.chain.layout.n

@@ -7,7 +7,7 @@ together. Choices that depend on the fit use these draws instead.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
@@ -19,7 +19,7 @@ from synth.fit.diverged_fit import divergence_refused
 from synth.fit.link_errors import LinkErrors
 from synth.fit.random_streams import Stream
 from synth.fit.unknowns import SpringsAndDampers
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Joint, Leg
 
 DRAWS = 64  # legs consistent with the trials, for each of which the parts are scored
 
@@ -48,11 +48,12 @@ def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: Lin
 class DrawnLegs(Sequence[Leg]):
     """The leg with each draw of its springs and dampers, made when it is asked for; known damper curves are kept.
 
-    ``values`` : (n_draw, n_unknown), within the bounds of the search.
+    ``values`` : (n_draw, n_unknown), within the bounds of the search; ``kept`` : joints that are not estimated.
     """
 
     unknowns: SpringsAndDampers
     values: Array
+    kept: tuple[Joint, ...] = ()
 
     @classmethod
     def of(cls, unknowns: SpringsAndDampers, drawn: Array) -> DrawnLegs:
@@ -72,5 +73,11 @@ class DrawnLegs(Sequence[Leg]):
     def __getitem__(self, index: int | slice) -> Leg | DrawnLegs:
         """One leg, or some."""
         if isinstance(index, slice):
-            return DrawnLegs(self.unknowns, self.values[index])
-        return self.unknowns.fitted_leg(self.values[index])
+            return DrawnLegs(self.unknowns, self.values[index], self.kept)
+        return leg_with(self.unknowns.fitted_leg(self.values[index]), self.kept)
+
+
+def leg_with(leg: Leg, kept: Sequence[Joint]) -> Leg:
+    """The leg with these joints in place of those of their names."""
+    given = {joint.name: joint for joint in kept}
+    return replace(leg, joints=tuple(given.get(joint.name, joint) for joint in leg.joints)) if given else leg

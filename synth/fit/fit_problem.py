@@ -44,7 +44,8 @@ def model_of(
     ----------
     leg : links and gravity; its own springs and dampers are used only through ``prior``.
     curves : joint name -> known torque-speed curve of its damper.
-    recordings : those to fit, from which the bounds of the search follow; none: those of a limb.
+    recordings : those to fit, from which the bounds of the search follow; none: those of a limb. Nothing is sought at
+        joints that are locked in all of them: what tells nothing of the trials would count in tests of all unknowns.
     prior : standard deviations of the leg's own values.
     static : poses in which the leg was held still by known torques.
     """
@@ -52,9 +53,15 @@ def model_of(
     nothing, chain = without_springs(leg, known), compiled_chain(len(leg.joints))
     held = [j for j, name in enumerate(leg.joint_names) if name in known]
     unknowns = unknowns_of_leg(chain, nothing, damper_known=held, box=box_of(recordings))
+    unknowns = unknowns.of_joints(moving_in(recordings, len(leg.joints)))
     beliefs = () if prior is None else _beliefs(unknowns, leg, prior)
     unknowns = replace(unknowns, beliefs=beliefs, balances=balances(nothing, static))
     return TrajectoryModel(chain, nothing, unknowns, max_steps=FIT_STEPS + unknowns.box.steps(nothing))
+
+
+def moving_in(recordings: Sequence[Recording], n_joint: int) -> list[int]:
+    """Joints that are free in some recording; all if there is none."""
+    return [j for j in range(n_joint) if not recordings or any(j in recording.free for recording in recordings)]
 
 
 def box_of(recordings: Sequence[Recording]) -> SearchBox:
@@ -83,6 +90,8 @@ def _beliefs(unknowns: SpringsAndDampers, given: Leg, prior: RatePrior) -> tuple
     """The user's priors about the leg file's own values: log-normal for rates (their share), normal for angles."""
     found = []
     for j, joint in enumerate(given.joints):
+        if j not in unknowns.rates:
+            continue
         if joint.spring is not None and prior.spring is not None and joint.spring.rate > 0:
             found.append((unknowns.rate_at(j), float(np.log(joint.spring.rate)), prior.spring**-2))
         if joint.spring is not None and prior.free_angle is not None:

@@ -28,17 +28,27 @@ DRIVEN = "driven: no release"
 
 @dataclass(frozen=True)
 class JointFit:
-    """One joint's estimates; ``damper_rate`` is None where a torque-speed curve was given."""
+    """One joint's estimates; ``damper_rate`` is None where a torque-speed curve was given.
+
+    ``damper`` : its law, ``linear``, ``curve`` or ``none``. ``estimated`` : False where the leg file's values are kept.
+    """
 
     spring_rate: Estimate
     free_angle: Estimate  # measured angle
     free_angle_spread: Estimate  # standard deviation over trials
     damper_rate: Estimate | None
     damper: str = "linear"
+    estimated: bool = True
+
+    @classmethod
+    def of_locked(cls) -> JointFit:
+        """Where nothing is sought; what the leg file gives takes its place."""
+        nothing, angle = Estimate(0.0, "N*m/rad"), Estimate(0.0, "deg")
+        return cls(nothing, angle, angle, None, "none", estimated=False)
 
     def as_json(self) -> dict[str, Any]:
         """The joint's entry of ``fit.json``."""
-        written = {
+        written: dict[str, Any] = {
             "spring_rate": self.spring_rate.as_json(),
             "free_angle": self.free_angle.as_json(),
             "free_angle_spread": self.free_angle_spread.as_json(),
@@ -47,6 +57,8 @@ class JointFit:
             written["damper_rate"] = self.damper_rate.as_json()
         else:
             written["damper"] = {"law": self.damper}
+        if not self.estimated:
+            written["estimated"] = False
         return written
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.arrays import Array
-from synth.estimation.intervals import NORMAL90
+from synth.estimation.intervals import NORMAL90, Estimate
+from synth.fit.known import Known
 from synth.fit.link_errors import WORDS, LinkErrors
 from synth.fit.model_error import ModelError
 from synth.fit.unknowns import SpringsAndDampers
@@ -29,12 +29,14 @@ class IntervalSource:
     ``shares`` : source -> share, summing to 1: ``trials`` (their noise, and a ridge that they leave open), ``the leg's
     law`` where it is not known, or a parameter of the leg file such as ``mass of the knee's link``. ``half`` : half of
     the reported 90 % interval, relative for a rate (of a symmetric one in the logarithm), in rad for a free angle.
-    ``most`` : of a rate that is not told from none, the interval's upper end, SI; the lower is 0.
+    ``reported`` : the estimate with its interval; ``most`` : of a rate that is not told from none, the interval's upper
+    end, SI; the lower is 0.
     """
 
     joint: str
     quantity: str
     half: float
+    reported: Estimate
     shares: Mapping[str, float]
     most: float | None = None
 
@@ -48,7 +50,7 @@ class IntervalSource:
         """The dominant source in words; None if it is the trials."""
         if self.of_links < NAMED_SHARE:
             return None
-        wide = f"+-{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"+-{100 * self.half:.2g} %"
+        wide = f"90 % interval, {self.reported.words},"
         if self.most is not None:
             wide = f"upper limit of {self.most:.2g} {RATE_UNITS[self.quantity]}"
         ranked = sorted(((s, n) for n, s in self.shares.items() if n not in (TRIALS, LAW)), reverse=True)
@@ -81,17 +83,13 @@ class IntervalSource:
 
 
 def sources_of(
-    unknowns: SpringsAndDampers,
-    values: Array,
-    offsets: tuple[Array, Array],
-    links: LinkErrors | None,
-    error: ModelError | None = None,
+    unknowns: SpringsAndDampers, known: Known, links: LinkErrors | None, error: ModelError | None = None
 ) -> tuple[IntervalSource, ...]:
     """Of every estimate that has an interval; empty if the links are known exactly.
 
-    ``offsets`` (p,) each, the ends of the reported intervals relative to the estimates ``values`` (p,): what the links
-    and the law do not explain of them is the trials'.
+    What the links and the law do not explain of the reported intervals is the trials'.
     """
+    values, offsets = known.values, known.ends
     if links is None:
         return ()
     none = np.isneginf(offsets[0])  # a rate that is not told from none, or the free angle of such a spring
@@ -113,7 +111,8 @@ def sources_of(
         others = dict(zip(names, shares[place].tolist(), strict=True))
         if error is not None:
             others[LAW] = float(law[place])
-        found.append(IntervalSource(joint, kind, half, {TRIALS: max(0.0, 1.0 - sum(others.values())), **others}, most))
+        shared = {TRIALS: max(0.0, 1.0 - sum(others.values())), **others}
+        found.append(IntervalSource(joint, kind, half, known.estimates[f"{kind} {joint}"], shared, most))
     return tuple(found)
 
 

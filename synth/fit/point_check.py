@@ -27,7 +27,6 @@ from synth.fit.ridge import ALLOWANCE, MISFIT, overall_rms
 from synth.fit.static_points import Balance, balances
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, covariance
-from synth.fit.unknowns import SpringsAndDampers
 from synth.remarks import decisive
 from synth.units import significant
 
@@ -96,7 +95,7 @@ def check_points(
     ``scatter`` (n,) rad, the readings' noise.
     """
     every, unknowns = balances(model.leg, options.static), unknowns_of(model)
-    rates, rests = _springs(unknowns, stage.solution.values)
+    rates, rests = unknowns.springs(stage.solution.values)
     residuals = np.array([point.residual(rates[point.joint], rests[point.joint]) for point in every])
     far = [k for k, residual in enumerate(residuals) if abs(residual) > CONTRADICTING]
     if not far or not np.isfinite(stage.solution.cost):
@@ -115,12 +114,6 @@ def without_balances(static: Sequence[StaticPoint], some: Sequence[Balance]) -> 
         replace(point, balanced=tuple(j for j in point.balanced if (point.name, j) not in gone)) for point in static
     ]
     return tuple(point for point in kept if point.balanced)
-
-
-def _springs(unknowns: SpringsAndDampers, values: Array) -> tuple[Array, Array]:
-    """(n,) logarithms of the spring rates, and (n,) rad rests."""
-    joints = range(len(unknowns.leg.joints))
-    return values[[unknowns.rate_at(j) for j in joints]], values[[unknowns.rest_at(j) for j in joints]]
 
 
 @dataclass(frozen=True)
@@ -144,7 +137,7 @@ def _errors(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions
 ) -> _PointErrors:
     unknowns, every = unknowns_of(model), balances(model.leg, options.static)
-    rates, rests = _springs(unknowns, stage.solution.values)
+    rates, rests = unknowns.springs(stage.solution.values)
     slope = np.zeros((len(every), len(stage.solution.values)))
     for row, point in zip(slope, every, strict=True):
         row[[unknowns.rate_at(point.joint), unknowns.rest_at(point.joint)]] = point.slope(
@@ -198,7 +191,7 @@ class _Comparison:
 
     def _named(self, k: int, deviations: float, *, turned: bool, beside: bool = False) -> LeftOutPoint:
         point, slope = self.every[k], self.errors
-        rates, rests = _springs(unknowns_of(self.model), self.stage.solution.values)
+        rates, rests = unknowns_of(self.model).springs(self.stage.solution.values)
         rate = float(np.exp(rates[point.joint]))
         rest = float(rests[point.joint])
         torque = point.spring_torque(rate, rest)
@@ -219,7 +212,7 @@ class _Comparison:
         if not np.isfinite(found.cost):
             return float("inf")
         if np.any(clipped_rms(self.recordings, alone.predictions) > MISFIT * self.scatter):
-            rates, rests = _springs(unknowns, found.values)
+            rates, rests = unknowns.springs(found.values)
             met = all(abs(each.residual(rates[each.joint], rests[each.joint])) <= CONTRADICTING for each in some)
             limit = (1.0 + ALLOWANCE) * overall_rms(self.recordings, alone)
             if met and overall_rms(self.recordings, found) <= limit:

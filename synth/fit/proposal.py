@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.intervals import NORMAL90
+from synth.estimation.intervals import NORMAL90, Estimate
+from synth.fit.known import Known, half_width
 from synth.fit.recordings import Recording
 from synth.fit.static_points import Balance
 from synth.fit.uncertainty import LOOSE_RATE
 from synth.fit.unknowns import SpringsAndDampers
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Leg, Spring
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import quantity
 
@@ -30,31 +31,9 @@ ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])  # rad, of the reading: by eye, protr
 ANGLES = 25  # tried over the joint's travel
 TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, attached at its tip
 FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel is limited
+HOLDING_STIFFNESS = 1e6  # times the stiffest spring, as of the trials' equilibria
 WORTH = 0.8  # of the interval now, that with the point: a point that narrows it by less than a fifth is not proposed
 LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose does not determine the rate
-
-
-@dataclass(frozen=True)
-class Known:
-    """What is known of the unknowns: covariances (p, p) of the trials alone and with the links' and the law's errors.
-
-    ``ends`` (p,) each, of the reported intervals relative to the estimates; ``widths`` (4, n) of the links' parameters.
-    """
-
-    trials: Array
-    total: Array
-    ends: tuple[Array, Array]
-    widths: Array
-
-    def half_width(self, place: int) -> float:
-        """The reported interval's, as a factor minus one; infinite for a rate that is not told from none."""
-        return _half_width(0.5 * float(self.ends[1][place] - self.ends[0][place]) / NORMAL90)
-
-    @property
-    def weight(self) -> float:
-        """Relative standard deviation of a link's weight about a joint, from the least exact link."""
-        length_mass_com = self.widths[:3]
-        return float(np.sqrt((length_mass_com.max(axis=1) ** 2).sum()))
 
 
 @dataclass(frozen=True)
@@ -62,8 +41,9 @@ class Proposal:
     """A static point worth measuring.
 
     ``angles`` (n,) rad measured, the pose; ``torque`` N m about ``joint`` in the measured sense; errors as standard
-    deviations; ``before`` and ``after`` the spring rate's 90 % half-width as a factor minus one. ``tip_mass`` kg: a
-    mass that could replace the torque, ``tip_angle`` rad the joint's angle with it, and ``tip_after``.
+    deviations; ``now`` the spring rate with its reported interval, ``before`` and ``after`` the 90 % half-width as a
+    factor minus one. ``tip_mass`` kg: a mass that could replace the torque, ``tip_angle`` rad the joint's angle with
+    it, and ``tip_after``.
     """
 
     joint: str
@@ -72,6 +52,7 @@ class Proposal:
     torque: float
     torque_error: float
     angle_error: float
+    now: Estimate
     before: float
     after: float
     tip_mass: float | None = None
@@ -94,7 +75,7 @@ class Proposal:
             f"{self.joint}: hold it still at {angle:.0f} deg{pose}, by about {turned} about the {self.joint}, {sense}. "
             f"The torque read to +-{quantity_text(self.torque_error, 'N*m')} and the angle to "
             f"+-{np.degrees(self.angle_error):.1f} deg (one standard deviation) would fix the spring rate to "
-            f"{share_text(self.after)}; now it is known to {share_text(self.before)}"
+            f"{share_text(self.after)} (90 %); now it is {self.now.words}"
         )
         if self.tip_mass is not None and self.tip_angle is not None and self.tip_after is not None:
             text += (
@@ -108,7 +89,7 @@ class Proposal:
     def brief(self) -> str:
         """One line: what is known now, and what one pose would tell."""
         return (
-            f"{self.joint}: its spring rate is known to {share_text(self.before)}; one pose held by "
+            f"{self.joint}: its spring rate is {self.now.words} (90 %); one pose held by "
             f"{quantity_text(abs(self.torque), 'N*m')} would fix it to {share_text(self.after)}"
         )
 
@@ -141,7 +122,7 @@ def proposals(
     """
     found = []
     for place, j in enumerate(unknowns.rates):
-        loose = np.sqrt(known.trials[place, place]) > LOOSE_RATE and np.isfinite(known.ends[0][place])
+        loose = known.deviation(place) > LOOSE_RATE and np.isfinite(known.ends[0][place])
         if loose and any(j in recording.free for recording in recordings):
             proposal = _proposal(unknowns, recordings, values, known, j)
             if proposal is not None and np.log1p(proposal.after) <= WORTH * np.log1p(proposal.before):
@@ -154,7 +135,7 @@ def _proposal(
 ) -> Proposal | None:
     """The point that determines joint ``j``'s rate best, with the least accurate reading that reaches the goal."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
-    fitted = unknowns.fitted_leg(values)
+    fitted = _clamped(unknowns, unknowns.fitted_leg(values), recordings)
     try:
         pose = rest_pose(fitted)
     except ArithmeticError:
@@ -192,10 +173,19 @@ def _proposal(
         float(leg.sign[j] * torque),
         best[2],
         best[3],
+        known.estimates[f"spring_rate {leg.joint_names[j]}"],
         known.half_width(place),
-        _half_width(best[0]),
+        half_width(best[0]),
     )
     return _with_tip_mass(made, unknowns, fitted, pose, values, known, j)
+
+
+def _clamped(unknowns: SpringsAndDampers, leg: Leg, recordings: Sequence[Recording]) -> Leg:
+    """The leg with joints that no recording moves held, by a stiff spring, where the first one has them."""
+    held = [j for j in range(len(leg.joints)) if j not in unknowns.rates]
+    angles = leg.to_measured(recordings[0].smoothed.angle[0])
+    stiff = HOLDING_STIFFNESS * max(joint.spring.rate for joint in leg.joints if joint.spring is not None)
+    return leg.with_joints(**{leg.joint_names[j]: {"spring": Spring(stiff, float(angles[j]))} for j in held})
 
 
 def _with_tip_mass(
@@ -217,7 +207,7 @@ def _with_tip_mass(
         after = _deviation_after_point(unknowns, values, known.total, point, place)
         if after <= AIM:
             angle = float(leg.to_measured(hung)[j])
-            return replace(made, tip_mass=share * mass, tip_angle=angle, tip_after=_half_width(after))
+            return replace(made, tip_mass=share * mass, tip_angle=angle, tip_after=half_width(after))
     return made
 
 
@@ -242,10 +232,6 @@ def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:
         moved = [r.smoothed.angle[:, j] for r in recordings if j in r.free]
         low, high = min(float(m.min()) for m in moved), max(float(m.max()) for m in moved)
     return np.linspace(low, high, ANGLES)
-
-
-def _half_width(deviation: float) -> float:
-    return float(np.exp(min(NORMAL90 * deviation, 20.0)) - 1)  # e^20: open in any case, but finite
 
 
 def share_text(share: float) -> str:

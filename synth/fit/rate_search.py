@@ -81,9 +81,12 @@ class Search:
         """(m, n, c) rad a trial for rates (2, n, c)."""
         self.calls += 1
         count = rates.shape[2]
-        values = np.concatenate(
-            [np.log(rates[0]), np.zeros((self.n, count)), np.log(rates[1][list(self.unknowns.dampers)])]
-        )
+        sought = self.unknowns
+        values = np.concatenate([
+            np.log(rates[0][list(sought.rates)]),
+            np.zeros((len(sought.rests), count)),
+            np.log(rates[1][list(sought.dampers)]),
+        ])  # fmt: skip
         rests = self.rests(rates[0])
 
         def one(t: int) -> Array:
@@ -129,6 +132,8 @@ class Search:
         rates, found = start.copy(), []
         steps = tuple(order) if order is not None else order_of(self.n)
         for place, j in enumerate(steps):
+            if j not in self.unknowns.rates:  # locked in all recordings
+                continue
             done = tuple(judged[place]) if judged is not None else steps[: place + 1]
             rows = [0, 1] if j in self.unknowns.dampers else [0]
 
@@ -146,7 +151,7 @@ class Search:
         self, seeded: Array, bounds: Bounds, *, seed: int = 0, decimals: int | None = None
     ) -> tuple[Array, SearchEnd]:
         """(2, n) rates by the swarm over all joints, its first particle at ``seeded`` (2, n)."""
-        sought = np.array([np.ones(self.n, dtype=bool), np.isin(np.arange(self.n), self.unknowns.dampers)])
+        sought = np.array([np.isin(np.arange(self.n), each) for each in (self.unknowns.rates, self.unknowns.dampers)])
 
         def cost(columns: Array) -> Array:
             tried = np.repeat(seeded[:, :, None], columns.shape[1], axis=2)

@@ -17,6 +17,7 @@ from synth.fit.fit_problem import unknowns_of
 from synth.fit.fit_result import FitResult, JointFit, Variant
 from synth.fit.interval_ends import interval_ends
 from synth.fit.interval_sources import sources_of
+from synth.fit.known import Known, with_links_and_law
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
@@ -24,7 +25,7 @@ from synth.fit.misfits import follower, lacking, misfits
 from synth.fit.model_error import ModelError
 from synth.fit.none_rates import NoneRates, none_rates
 from synth.fit.point_check import LeftOutPoint
-from synth.fit.proposal import Known, proposals
+from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge import MISFIT
 from synth.fit.ridge_family import RidgeFamily, families
@@ -115,13 +116,13 @@ def result_of(
     static, edges = _static(unknowns, fitted), at_edges(unknowns, chosen.values, nones[mode].places)
     drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
     drawn = nones[mode].drawn(unknowns, chosen.values, _with_model_error(fitted.error, drawn, options.seed))
-    made = _fitted_leg(leg, joints[mode])
+    made, left = _fitted_leg(leg, joints[mode]), clipped_rms(recordings, chosen.predictions)
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
-    left = clipped_rms(recordings, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
     ridges, scale = (*fitted.softened, *(each.sentence for each in alike)), _mass_scale(unknowns, recordings)
-    known = Known(alone, _of_links_and_law(nones[mode].links, fitted.error, alone), offsets[mode], widths)
+    total, told = with_links_and_law(nones[mode].links, fitted.error, alone), _by_unknown(unknowns, joints[mode])
+    known = Known(alone, total, chosen.values, offsets[mode], told, widths, fitted.least)
     return FitResult(
         leg=made,
         joints=joints[mode],
@@ -132,7 +133,7 @@ def result_of(
         free_angle_why=fitted.why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=noise,
-        not_separable=(*not_separable(unknowns, alone, chosen.values, offsets[mode]), *ridges, *scale),
+        not_separable=(*not_separable(unknowns, known), *ridges, *scale),
         warnings=(
             *_first_sentences(fitted, leg, recordings),
             *lost,
@@ -150,7 +151,7 @@ def result_of(
         families=alike,
         drawn=DrawnLegs.of(unknowns, drawn),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
-        sources=sources_of(unknowns, chosen.values, offsets[mode], nones[mode].links, fitted.error),
+        sources=sources_of(unknowns, known, nones[mode].links, fitted.error),
     )
 
 
@@ -163,6 +164,12 @@ def _resimulate_all(
         for name, each in fitted.treatments.items()
     }
     return replace(fitted, treatments=treatments)
+
+
+def _by_unknown(unknowns: SpringsAndDampers, joints: Mapping[str, JointFit]) -> dict[str, Estimate]:
+    """The estimates by the unknowns' names."""
+    named = [(name, *name.split(" ", 1)) for name in unknowns.names]
+    return {name: getattr(joints[joint], kind) for name, kind, joint in named}
 
 
 def _by_joint_name(names: Sequence[str], values: Array) -> dict[str, float]:
@@ -234,11 +241,6 @@ def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float]
     )
 
 
-def _of_links_and_law(links: LinkErrors | None, error: ModelError | None, cov: Array) -> Array:
-    """The covariance (p, p) of the trials alone with the errors of the links and of the law."""
-    return cov + (0.0 if links is None else links.covariance) + (0.0 if error is None else error.covariance)
-
-
 def _mass_scale(unknowns: SpringsAndDampers, recordings: Sequence[Recording]) -> list[Remark]:
     """The sentence on the mass scale, if the trials leave it open."""
     weighed = any(balance.weighed for balance in unknowns.balances)
@@ -248,9 +250,8 @@ def _mass_scale(unknowns: SpringsAndDampers, recordings: Sequence[Recording]) ->
 
 def _static(unknowns: SpringsAndDampers, fitted: FittedTreatments) -> tuple[JudgedPoint, ...]:
     """The static points and their fit, those that are no part of it last."""
-    n, values = len(unknowns.leg.joints), fitted.stage.solution.values
-    rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
-    rest = values[[unknowns.rest_at(j) for j in range(n)]]
+    rate, rest = unknowns.springs(fitted.stage.solution.values)
+    rate = np.exp(rate)
     others = judge_points([each.balance for each in fitted.left_out], rate, rest, left_out=True)
     return (*judge_points(unknowns.balances, rate, rest), *others)
 
@@ -336,6 +337,9 @@ def _joints(unknowns: SpringsAndDampers, treatment: Treatment, offsets: tuple[Ar
 
     found = {}
     for j, joint in enumerate(leg.joints):
+        if j not in unknowns.rates:
+            found[joint.name] = JointFit.of_locked()
+            continue
         place = unknowns.rest_at(j)
         angle = joint.zero + joint.sign * float(solution.values[place])
         # The free angle of a spring that may not be there is anywhere: where the search may put it.

@@ -10,6 +10,7 @@ from synth.arrays import Array, finite_median
 from synth.estimation.correlation import correlation_factors_by_step
 from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.fit.diverged_fit import divergence_refused
+from synth.fit.known import Known
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
@@ -151,13 +152,16 @@ def correlation_of(recordings: Sequence[Recording], left: Sequence[Array]) -> Ar
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:
     """Covariance (p, p) of the common unknowns; null directions get a very large variance instead of an error.
 
+    ``with_prior`` : False leaves out the weak priors of typical limbs; what the user states of a rate is knowledge of
+    this leg, and counts always.
+
     Raises
     ------
     UserError : the simulation diverges at the solution.
     """
     schur = solution.information.schur()
     if not with_prior:
-        schur = schur - np.diag(model.unknowns.prior[1])
+        schur = schur - np.diag(model.unknowns.weak_precision)
     return covariance_of(schur)
 
 
@@ -175,7 +179,7 @@ def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], sol
 def is_ridge(cov: Array, spring: int, damper: int) -> bool:
     """Whether the trials tell the quotient of two rates far better than the rates: a ridge, not two poorly known rates.
 
-    ``cov`` (p, p) of the logarithms without priors; ``spring`` and ``damper`` are places in it.
+    ``cov`` (p, p) of the logarithms without the weak priors; ``spring`` and ``damper`` are places in it.
     """
     largest = float(np.sqrt(max(cov[spring, spring], cov[damper, damper])))
     return largest > LOOSE_RATE and _deviation_of_quotient(cov, spring, damper) < SEPARABLE_QUOTIENT * largest
@@ -186,48 +190,47 @@ def _deviation_of_quotient(cov: Array, first: int, other: int) -> float:
     return float(np.sqrt(max(0.0, cov[first, first] + cov[other, other] - 2 * cov[first, other])))
 
 
-def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array, offsets: tuple[Array, Array]) -> list[Remark]:
+def not_separable(unknowns: SpringsAndDampers, known: Known) -> list[Remark]:
     """Sentences on what the trials leave open, each with the measurement that would determine it.
 
-    ``cov`` (p, p) of the trials alone, without priors; ``offsets`` (p,) each, the ends of the reported intervals
-    relative to the values: a rate whose lower end is -inf is not told from none.
+    Whether something is open is asked of the trials and of what the user states; how far it is known is the reported
+    90 % interval of everything, as in the table and the proposals.
     """
     sentences = []
     for j, joint in enumerate(unknowns.leg.joint_names):
         if j in unknowns.rates:
-            sentences += [at_joint(joint, text) for text in _open_rates(unknowns, j, cov, values, offsets)]
+            sentences += [at_joint(joint, text) for text in _open_rates(unknowns, j, known)]
     for j in unknowns.rests:
-        place = unknowns.rest_at(j)
-        half = 0.5 * (offsets[1][place] - offsets[0][place])
+        place, joint = unknowns.rest_at(j), unknowns.leg.joint_names[j]
         # +-2.5 deg at 90 %: a quarter of a bought spring's tolerance
-        if np.sqrt(cov[place, place]) > np.radians(1.5) and np.isfinite(half):
-            text = f"the free angle is known only to +-{np.degrees(half):.1f} deg."
-            sentences.append(at_joint(unknowns.leg.joint_names[j], text))
+        if known.deviation(place) > np.radians(1.5) and np.isfinite(known.ends[0][place]):
+            text = f"the free angle is known only as {known.estimates[f'free_angle {joint}'].words} (90 %)."
+            sentences.append(at_joint(joint, text))
     return sentences
 
 
-def _open_rates(
-    unknowns: SpringsAndDampers, j: int, cov: Array, values: Array, offsets: tuple[Array, Array]
-) -> list[str]:
+def _open_rates(unknowns: SpringsAndDampers, j: int, known: Known) -> list[str]:
     """What the trials leave open of one joint's rates."""
-    deviation, position = np.sqrt(np.diag(cov)), unknowns.rate_at(j)
+    position, joint = unknowns.rate_at(j), unknowns.leg.joint_names[j]
+    spring, damper = (known.estimates.get(f"{what} {joint}") for what in ("spring_rate", "damper_rate"))
     other = unknowns.damper_at(j) if j in unknowns.dampers else None
-    if other is not None and is_ridge(cov, position, other):
+    if spring is not None and damper is not None and other is not None and is_ridge(known.trials, position, other):
+        quotient = known.quotient(other, position)
         return [
-            f"not separable: spring rate and damper rate. The trials give b/k = "
-            f"{np.exp(values[other] - values[position]):.3g} s to "
-            f"{_percent(_deviation_of_quotient(cov, position, other))}, but k only to {_percent(deviation[position])} "
-            f"and b to {_percent(deviation[other])}. A static torque-angle point at this joint would separate them."
+            f"not separable: spring rate and damper rate. The trials give b/k = {significant(quotient.value, 3)} s "
+            f"({quotient.words}), but k only as {spring.words} and b as {damper.words} (90 %). A static torque-angle "
+            "point at this joint would separate them."
         ]
     texts, remedy = [], "More trials, or releases in which this joint moves more, would determine it better."
-    for place, what in ((position, "spring rate"), (other, "damper rate")):
-        if place is None:
+    for place, what, estimate in ((position, "spring rate", spring), (other, "damper rate", damper)):
+        if place is None or estimate is None:
             continue
-        if offsets[0][place] == -np.inf:
-            texts.append(_none_sentence(what, float(np.exp(values[place] + offsets[1][place]))))
-        elif deviation[place] > LOOSE_RATE:
+        if known.ends[0][place] == -np.inf:
+            assert estimate.high is not None
+            texts.append(_none_sentence(what, estimate.high))
+        elif known.deviation(place) > LOOSE_RATE:
             mend = "A static torque-angle point at this joint would determine it." if other is None else remedy
-            texts.append(f"these trials determine the {what} only to {_percent(deviation[place])}. {mend}")
+            texts.append(f"these trials determine the {what} only as {estimate.words} (90 %). {mend}")
     return texts
 
 
@@ -264,10 +267,3 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
         "to twice the interval of that joint's spring rate."
     )
     return Remark(text, kind=MASS_SCALE)
-
-
-def _percent(deviation: float) -> str:
-    high = 100 * (np.exp(min(NORMAL90 * deviation, 20.0)) - 1)  # e^20: open in any case, but finite
-    if high > 300:  # per cent: a factor of four
-        return "no better than a factor of four"
-    return f"+-{high:.0f} %" if high >= 10 else f"+-{significant(high, 2)} %"

@@ -44,6 +44,10 @@ class Unknowns(Protocol):
         """(n_unknown,) mean and (n_unknown,) precision (1 / variance, 0 for none) of a weak normal prior."""
 
     @property
+    def weak_precision(self) -> Array:
+        """(n_unknown,) the prior's precision where it says what is typical, 0 where the user stated something."""
+
+    @property
     def rest_index(self) -> tuple[int | None, ...]:
         """For each joint the index of its rest angle, or None."""
 
@@ -126,6 +130,13 @@ class SpringsAndDampers:
             mean[place], precision[place] = value, sharpness
         return mean, precision
 
+    @cached_property
+    def weak_precision(self) -> Array:
+        """(n_unknown,) the prior's precision, 0 of the beliefs."""
+        weak = self.prior[1].copy()
+        weak[[place for place, _, _ in self.beliefs]] = 0.0
+        return weak
+
     @property
     def lower(self) -> Array:
         """(n_unknown,) lower bounds."""
@@ -171,6 +182,20 @@ class SpringsAndDampers:
     def natural(self, values: Array) -> Array:
         """(n_unknown,) N m/rad, rad and N m s/rad."""
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, values, 0.0)), values)
+
+    def of_joints(self, joints: Sequence[int]) -> SpringsAndDampers:
+        """Those at some of the joints; before there are beliefs and balances."""
+        rates, rests, dampers = (
+            tuple(j for j in each if j in joints) for each in (self.rates, self.rests, self.dampers)
+        )
+        return replace(self, rates=rates, rests=rests, dampers=dampers)
+
+    def springs(self, values: Array) -> tuple[Array, Array]:
+        """(n,) logarithms of the spring rates, and (n,) rad rests; nan where they are not estimated."""
+        rates, rests = np.full((2, len(self.leg.joints)), np.nan)
+        rates[list(self.rates)] = values[: len(self.rates)]
+        rests[list(self.rests)] = values[len(self.rates) :][: len(self.rests)]
+        return rates, rests
 
     def fitted_leg(self, values: Array) -> Leg:
         """The leg with these springs and dampers (n_unknown,); other parameters are kept."""

@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.cache import cache_folder
 from synth.compiling import code_cache
+from synth.compiling.announced import announced
 from synth.compiling.numba_internals import as_argument, entry_point
 from synth.drives.servo import ServoSignals
 from synth.swing.active_effects import ActiveEffects
-from synth.swing.chain_modules import PLAIN, ModuleText, chain_modules
+from synth.swing.chain_modules import LAWS, PLAIN, ModuleText, chain_modules
 from synth.swing.driving_inputs import DrivingInputs
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import HeldCommands, Linear
@@ -116,11 +118,24 @@ class Chain:
         return legs.write(self.layout, locked, conditions.tip, conditions.tilt, self._off)
 
     def load(self, *, plain: bool = False) -> None:
-        """Load or compile everything now; with ``plain`` only what a leg without effects needs.
+        """Load or compile everything now; with ``plain`` only what a leg without effects needs."""
+        self._load(PLAIN if plain else tuple(self.sources))
+
+    def load_laws(self) -> None:
+        """Load what friction, drag and hardening at a joint need; where it must be compiled, that is announced."""
+        if all(self.sources[name].on_disk for name in LAWS):
+            return
+        # Measured on two busy cores, nothing on disk: 36 s of processor for two links, 20 of them the integrator's.
+        text = "compiling the equations of motion with friction, drag and hardening, which the residuals ask for"
+        with announced(f"{text} (once on this machine, 10 to 40 s; stored in {cache_folder()})"):
+            self._load(LAWS)
+
+    def _load(self, names: Sequence[str]) -> None:
+        """Load or compile these modules.
 
         If several modules must be compiled, a separate process compiles the integrator, which is half of the work.
         """
-        wanted = [self.sources[name] for name in (PLAIN if plain else self.sources)]
+        wanted = [self.sources[name] for name in names]
         missing = [source for source in wanted if not source.on_disk]
         aside = self.sources["integrator"]
         helper = code_cache.compile_aside(*aside.parts) if aside in missing and len(missing) > 1 else None
@@ -130,9 +145,13 @@ class Chain:
             source.load()
 
     @cached_property
-    def _whole(self) -> tuple[Any, ...]:
+    def _called(self) -> tuple[Any, ...]:
         called = (self.right_hand_side, self.extra_torques, self.bearing_forces, self.again)
-        return entry_point(self.integrate), *(as_argument(function) for function in called)
+        return tuple(as_argument(function) for function in called)
+
+    @cached_property
+    def _whole(self) -> tuple[Any, ...]:
+        return entry_point(self.integrate), *self._called
 
     @cached_property
     def _plain(self) -> tuple[Any, ...]:
@@ -141,7 +160,7 @@ class Chain:
     @cached_property
     def _rubbing(self) -> tuple[Any, ...]:
         integrate = self.sources["friction"].load().integrate_rubbing
-        return entry_point(integrate), *self._whole[1:]
+        return entry_point(integrate), *self._called  # without the other integrator, the largest to compile
 
     @cached_property
     def _curves(self) -> tuple[Any, ...]:

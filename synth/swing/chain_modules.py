@@ -14,6 +14,7 @@ from synth.swing.lane_layout import Layout
 from synth.swing.stage_rows import MOST_STAGED
 
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
+LAWS = ("chain", "torques", "bearing", "integrator", "friction")  # those that friction, drag and hardening need
 DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (

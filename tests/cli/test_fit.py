@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,6 +41,90 @@ def test_fit_json_has_the_public_form(result: Path) -> None:
         assert set(trial) >= {"rms", "free_angle", "rise_time", "damping_ratio", "damped_frequency"}
     assert (result / "report.html").is_file()
     assert (result / "fitted.leg.yaml").is_file()
+
+
+TESTED = """kind: leg
+name: two links, the ankle tested
+gravity: 9.81 m/s^2
+joints:
+- {name: knee, zero: 180 deg, sign: 1, link: {length: 0.2 m, mass: 0.4 kg, com: 0.1 m, inertia: 1.5e-3 kg*m^2}KEPT}
+- {name: ankle, zero: 180 deg, sign: -1, link: {length: 0.16 m, mass: 0.09 kg, com: 0.05 m, inertia: 4e-4 kg*m^2}}
+"""
+KEPT = {
+    "both": ", spring: {rate: 2.2 N*m/rad, free_angle: 111 deg}, damper: {rate: 0.07 N*m*s/rad}",
+    "spring": ", spring: {rate: 2.2 N*m/rad, free_angle: 111 deg}",
+    "none": "",
+}
+
+
+def fit_of_a_joint_test(folder: Path, kept: str, *, more: str = "") -> tuple[dict[str, Any], str]:
+    """``fit.json`` and ``fitted.leg.yaml`` of two releases of the ankle, the knee clamped at 120 deg."""
+    folder.mkdir()
+    (folder / "leg.leg.yaml").write_text(TESTED.replace("KEPT", kept))
+    time, generator = np.arange(0.0, 1.0, 0.004), np.random.default_rng(1)
+    for trial, size in (("a", 0.5), ("b", -0.4)):
+        swing = 150.0 + np.degrees(size * np.exp(-4.0 * time) * np.cos(14.0 * time))
+        swing += generator.normal(0.0, 0.1, len(time))
+        rows = "".join(f"{t:.3f},120,{angle:.3f}\n" for t, angle in zip(time, swing, strict=True))
+        (folder / f"{trial}.csv").write_text(f"time [s],knee [deg],ankle [deg]\n{rows}")
+    trials = "".join(f"- {{file: {name}.csv, locked: [knee]}}\n" for name in "ab")
+    (folder / "fit.yaml").write_text(
+        f"kind: fit\nleg: leg.leg.yaml\nlaws: linear\nrelease: recorded\n{more}trials:\n{trials}"
+    )
+    assert main(["fit", str(folder / "fit.yaml"), "--out", str(folder / "out")]) == 0
+    return json.loads((folder / "out" / "fit.json").read_text()), (folder / "out" / "fitted.leg.yaml").read_text()
+
+
+def test_a_joint_locked_in_every_trial_keeps_what_the_leg_file_gives(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was refused, although its torques do not act; the ankle's estimates do not depend on what is given."""
+    found = {name: fit_of_a_joint_test(tmp_path / name, kept) for name, kept in KEPT.items()}
+    screen = capsys.readouterr().out
+    assert "knee: locked in every trial: nothing is estimated here; spring and damper stay as the leg file" in screen
+    ankles = [fit["joints"]["ankle"] for fit, _ in found.values()]
+    assert ankles[0] == ankles[1] == ankles[2]
+    low, high = ankles[0]["spring_rate"]["interval90"]
+    assert low < ankles[0]["spring_rate"]["value"] < high
+    both, spring, none = (fit for fit, _ in found.values())
+    knee = both["joints"]["knee"]
+    assert (knee["spring_rate"], knee["estimated"]) == ({"value": 2.2, "unit": "N*m/rad"}, False)
+    assert knee["damper_rate"] == {"value": 0.07, "unit": "N*m*s/rad"}
+    assert knee["free_angle"] == {"value": pytest.approx(111.0), "unit": "deg"}
+    assert spring["joints"]["knee"]["damper"] == {"law": "none"}
+    assert set(none["joints"]) == {"ankle"}
+    for fit, leg in found.values():
+        assert set(fit["rms"]) == {"ankle"}
+        assert not [text for text in fit["not_separable"] if text.startswith("knee")]
+        assert leg.count("spring:") == 1 + ("knee" in fit["joints"])
+    assert "spring: {rate: 2.2 N*m/rad, free_angle: 111 deg}\n  damper: {rate: 0.07 N*m*s/rad}" in found["both"][1]
+
+
+def test_a_clamped_base_joint_is_a_tilted_base(tmp_path: Path) -> None:
+    """The ankle's estimates and intervals are those of a leg of the ankle alone, on a base tilted by -60 deg."""
+    folder = tmp_path / "fit"
+    two, _ = fit_of_a_joint_test(folder, "")
+    lines = TESTED.replace("joints:", "tilt: -60 deg\njoints:").splitlines()
+    (folder / "leg.leg.yaml").write_text("\n".join(line for line in lines if "knee" not in line))
+    for name in "ab":
+        rows = [line.split(",") for line in (folder / f"{name}.csv").read_text().splitlines()]
+        (folder / f"{name}.csv").write_text("".join(f"{row[0]},{row[2]}\n" for row in rows))
+    project = (folder / "fit.yaml").read_text().replace(", locked: [knee]", "")
+    (folder / "fit.yaml").write_text(project)
+    assert main(["--quiet", "fit", str(folder / "fit.yaml"), "--out", str(folder / "one")]) == 0
+    one = json.loads((folder / "one" / "fit.json").read_text())
+    for key in ("spring_rate", "damper_rate", "free_angle"):
+        expected, found = (fit["joints"]["ankle"][key] for fit in (one, two))
+        assert found["value"] == pytest.approx(expected["value"], rel=1e-5)
+        assert found["interval90"] == pytest.approx(expected["interval90"], rel=1e-3)
+    assert two["free_angle"]["mode"] == one["free_angle"]["mode"]
+
+
+def test_intervals_by_bootstrap_beside_a_joint_that_is_locked_in_every_trial(tmp_path: Path) -> None:
+    """Its free angle, which nothing determines, made the refits' matrix singular."""
+    fit, _ = fit_of_a_joint_test(tmp_path / "fit", "", more="fit: {intervals: bootstrap}\n")
+    assert fit["intervals"]["by"] == "bootstrap"
+    assert fit["joints"]["ankle"]["spring_rate"]["interval90"]
 
 
 def test_rms_in_json_and_page_equals_that_of_the_written_samples(result: Path) -> None:

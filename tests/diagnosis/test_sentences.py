@@ -57,6 +57,18 @@ def test_a_parameter_has_no_digits_beyond_its_uncertainty(ends: tuple[float | No
     assert stated_parameters(cause, effect_named("coulomb_friction")) == f"torque {said} N·m"
 
 
+@pytest.mark.parametrize(("takes", "fitted", "told"), [(0.43, 0.72, True), (0.43, 0.40, False), (0.86, 0.9, False)])
+def test_the_share_by_which_the_verdict_is_given_is_told_where_the_other_is_less(
+    takes: float, fitted: float, told: bool
+) -> None:
+    """The verdict asks 68 % of the fitted trials; the page stated 43 % of the unseen ones alone."""
+    wording = replace(TOLD, takes=takes, takes_fitted=fitted, asked=0.68)
+    said = sentence("effect", ["the hip sticks"], [], 0.72, wording)
+    assert (
+        f"noise 0.01°. On the trials that the explanation is fitted to it takes {100 * fitted:.0f} %." in said
+    ) == told
+
+
 def test_a_large_number_in_a_sentence_has_no_power_of_ten() -> None:
     cause = Cause("stribeck_friction", "knee", {"speed": Estimate(2.0, "deg/s", 1.0, 3.0)})
     assert stated_parameters(cause, effect_named("stribeck_friction")).endswith("speed 110°/s")

@@ -26,12 +26,14 @@ from fit.simulated_legs import (
     releases,
     robot,
 )
+from synth.estimation.intervals import Estimate
 from synth.files.trial_list import Trial
 from synth.fit import ridge
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_problem import model_of, unknowns_of
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import heterogeneity
+from synth.fit.known import Known
 from synth.fit.ridge import RIDGE, loose_joints
 from synth.fit.uncertainty import MASS_SCALE, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unseen_score import score
@@ -232,7 +234,10 @@ def test_a_joint_that_is_not_separable_is_on_a_ridge(monkeypatch: pytest.MonkeyP
     cov = 1e-6 * np.eye(len(unknowns.names))
     cov[np.ix_([k, b], [k, b])] = [[0.115**2, 0.115 * 0.13 * 0.9995], [0.115 * 0.13 * 0.9995, 0.13**2]]
     values = np.zeros(len(cov))
-    assert any("not separable" in text for text in not_separable(unknowns, cov, values, (-values, values)))
+    kinds = ("spring_rate", "free_angle", "damper_rate")
+    estimates = {f"{kind} {name}": Estimate(1.0, "s", 0.5, 2.0) for kind in kinds for name in LEG.joint_names}
+    known = Known(cov, cov, values, (-values, values), estimates, np.zeros((4, 3)))
+    assert any("not separable" in text for text in not_separable(unknowns, known))
     monkeypatch.setattr(ridge, "covariance", lambda *_, **__: cov)
     assert loose_joints(model, SimpleNamespace()) == [1]  # type: ignore[arg-type]
 

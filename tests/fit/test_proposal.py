@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
-from fit.simulated_legs import DAMPER, SPRING, Rig, errors, fitted, releases, robot
+from fit.simulated_legs import DAMPER, SPRING, Rig, errors, fitted, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED, held
+from synth.commands.answers import fit_text
 from synth.estimation.intervals import NORMAL90
+from synth.files.project_options import RatePrior
+from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
+from synth.fit.interval_sources import IntervalSource
 from synth.fit.proposal import Proposal
 from synth.swing.leg_model import Leg
 
 TRIALS = releases(OVERDAMPED, 1, Rig(noise=0.5), 3)
 ALONE = fitted(OVERDAMPED, TRIALS)
+TABLED = re.compile(r"\S+ to \S+")
 
 
 def only(result: FitResult) -> Proposal:
@@ -38,6 +45,35 @@ def test_the_proposal_holds_the_overdamped_hip_far_from_rest() -> None:
     written = proposal.as_json()
     assert written["torque"]["unit"] == "N*m"
     assert written["spring_rate_within"]["then"]["value"] == pytest.approx(proposal.after)
+
+
+def test_one_interval_in_table_note_proposal_and_source() -> None:
+    """The note told the trials' alone, the proposal half the logarithm's: +-27 and +-250 % for -69 to +277 %."""
+    row = next(line for line in fit_text(ALONE.as_json()).splitlines() if line.startswith("hip "))
+    rate, damping = (
+        f"{ends} {unit}" for ends, unit in zip(TABLED.findall(row), ("N*m/rad", "N*m*s/rad"), strict=False)
+    )
+    note = next(text for text in ALONE.not_separable if "not separable: spring rate" in text)
+    assert f"but k only as {rate} and b as {damping} (90 %)" in note
+    proposal = only(ALONE)
+    assert f"now it is {rate}. Enter" in proposal.sentence
+    assert f"its spring rate is {rate} (90 %)" in proposal.brief
+    assert "+-" not in note
+    shares = {"trials": 0.1, "mass of the hip's link": 0.9}
+    told = IntervalSource("hip", "spring_rate", proposal.before, ALONE.joints["hip"].spring_rate, shares).sentence
+    assert told is not None
+    assert f"the spring rate's 90 % interval, {rate}, comes from" in told
+
+
+def test_a_rate_that_is_stated_is_not_left_open() -> None:
+    """With a prior of 0.1 % the notes still told it to +-67 %, beside an interval of +-0.2 %."""
+    prior = RatePrior(spring=0.001, damper=None, free_angle=None)
+    stated = fit_leg(OVERDAMPED, recorded(OVERDAMPED, TRIALS), LegFitOptions(prior=prior))
+    hip = stated.joints["hip"].spring_rate
+    assert hip.value == pytest.approx(OVERDAMPED.joints[0].spring.rate, rel=0.002)  # type: ignore[union-attr]
+    assert not any(text.startswith("hip:") and "spring" in text for text in stated.not_separable)
+    assert not stated.families
+    assert not stated.proposals
 
 
 def test_the_proposed_measurement_gives_the_promised_interval() -> None:

@@ -9,8 +9,9 @@ _SHA = "SHA-256 of each input file."
 FIT = {
     "format": "Name and version of the format.",
     "joints.NAME.spring_rate": "Torque per angle.",
-    "joints.NAME.damper_rate": "Torque per speed; omitted if the damper has a curve.",
-    "joints.NAME.damper.law": "`curve`, if the damper has one.",
+    "joints.NAME.damper_rate": "Torque per speed; omitted if the damper has a curve, or if there is none.",
+    "joints.NAME.damper.law": "`curve`, if the damper has one; `none` without a damper.",
+    "joints.NAME.estimated": "False where it is locked in every trial: the leg file's values. Without any, no entry.",
     "joints.NAME.free_angle": "Measured angle at which the spring is unloaded. Of a spring that may not be there its "
     "interval is all that the search allows; where it spans a full turn, `unknown` is true.",
     "joints.NAME.free_angle_spread": "Standard deviation of the free angle from trial to trial.",
@@ -38,7 +39,9 @@ FIT = {
     "intervals.by": "Method of the intervals.",
     "interval_sources[].joint": "The joint.",
     "interval_sources[].quantity": "The estimate.",
-    "interval_sources[].half_width90": "Half of its interval, relative for a rate; absolute where that begins at 0.",
+    "interval_sources[].half_width90": (
+        "Half of its interval; of a rate half of its logarithm's, as a factor less one; absolute where it begins at 0."
+    ),
     "interval_sources[].shares.NAME": (
         "Share of its variance due to a source (`trials`, `the leg's law`, or a value of the leg file); they sum to 1."
     ),
