@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import lru_cache
+from pathlib import Path
 from typing import TypeVar
 
 from synth.errors import Problem, UserError
@@ -58,6 +59,12 @@ def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -
     if _alone(count, most):
         return [work(index) for index in range(count)]
     return list(_workers().map(_admitted(work, most), range(count)))
+
+
+def waited_for(wait: Callable[[Path], None], paths: Iterable[Path], most: int) -> None:
+    """``wait(path)`` for each path, at most so many at once, also with one thread: they wait for a disk, not a core."""
+    with ThreadPoolExecutor(most) as waiting:
+        list(waiting.map(wait, paths))  # which raises what one of them has raised
 
 
 def as_they_finish(work: Callable[[int], T], count: int, most: int | None = None) -> Iterator[tuple[int, T]]:
