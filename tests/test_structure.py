@@ -25,6 +25,7 @@ FLOORS = (
         "arrays",
         "sampling",
         "threads",
+        "shared_calls",
         "side_processes",
         "cache",
         "planting",
