@@ -86,10 +86,10 @@ def write_parts(leg: BuiltLeg, index: int, folder: Path) -> list[ExportedFile]:
 
 def write_whole(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
     """The leg's assembly, and the files for printing, viewing and cutting."""
-    return [*write_assembly(leg, None, folder), *_write_for_others(leg, folder)]
+    return [*write_assembly(leg, None, folder), *write_for_others(leg, folder)]
 
 
-def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
+def write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
     """The printed parts as 3MF, one file per plate of the bed's size; the leg as GLB; the flat brackets as DXF."""
     printing = leg.dimensions.printing
     plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]

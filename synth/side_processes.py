@@ -19,10 +19,10 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
+from synth.shared_calls import SharedCalls, SideCall, here
 from synth.threads import LIBRARIES, VARIABLE, thread_count
 
 Stage = Callable[[str], AbstractContextManager[None]]  # names a stage of the work
@@ -30,15 +30,6 @@ ENDED = "a side process has ended, for lack of memory most likely"
 _LENGTH = 8  # bytes of a message's length before it
 MOST = 4  # processes; each takes 0.3 GB with the solids' kernel loaded, most of it shared where they are copies
 AT_REST = 0.5  # s in which a process that works on nothing ends
-
-
-@dataclass(frozen=True)
-class SideCall:
-    """``function(*arguments)``, importable by name. ``place``: the number of its process, None: the first free one."""
-
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
-    place: int | None = None
 
 
 class SideProcess:
@@ -257,8 +248,8 @@ def carried_out(calls: Sequence[SideCall]) -> list[Any]:
     """
     processes = _pool.processes
     if not processes:
-        return [call.function(*call.arguments) for call in calls]
-    shared = _Shared(calls)
+        return here(calls)
+    shared = SharedCalls(calls, _pool.drop)
     shared.work_in(processes)
     while shared.left and (processes := _pool.processes):
         with _pool.stage(f"{ENDED}; what it left is done by {len(processes)} of them"):
@@ -267,67 +258,6 @@ def carried_out(calls: Sequence[SideCall]) -> list[Any]:
         with _pool.stage(f"{ENDED}, the last of them; what it left is done here"):
             return shared.results()
     return shared.results()
-
-
-class _Shared:
-    """Calls that several processes share: each takes those of its own place first, then those of none.
-
-    A place beyond the processes that are left is one of theirs.
-    """
-
-    def __init__(self, calls: Sequence[SideCall]) -> None:
-        self._calls = calls
-        self._left = set(range(len(calls)))
-        self._lock = threading.Lock()
-        self._count = 1
-        self._found: dict[int, tuple[bool, Any] | None] = {}
-
-    @property
-    def left(self) -> int:
-        """Number of calls that no process has taken, or whose process has ended."""
-        return len(self._left)
-
-    def work_in(self, processes: Sequence[SideProcess]) -> None:
-        """Let the processes take calls until none is left or all have ended; one that ends is dropped."""
-        self._count = len(processes)
-        threads = [threading.Thread(target=self.work, args=(k, each), daemon=True) for k, each in enumerate(processes)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-
-    def work(self, number: int, process: SideProcess) -> None:
-        """Take calls until none is left."""
-        while (index := self._next(number)) is not None:
-            try:
-                self._found[index] = process.answer(self._calls[index])
-            except (EOFError, OSError):  # the process has ended
-                with self._lock:
-                    self._left.add(index)
-                _pool.drop(process)
-                return
-            except Exception as error:  # a call or an answer that cannot be sent is a bug of ours, raised to the caller
-                self._found[index] = False, error
-
-    def _next(self, number: int) -> int | None:
-        with self._lock:
-            places = {k: self._calls[k].place for k in sorted(self._left)}
-            own = [k for k, place in places.items() if place is not None and place % self._count == number]
-            free = [k for k, place in places.items() if place is None]
-            index = next(iter((*own, *free)), None)
-            if index is not None:
-                self._left.discard(index)
-            return index
-
-    def results(self) -> list[Any]:
-        """In the order of the calls; what no process could answer is done here."""
-        values = []
-        for index, call in enumerate(self._calls):
-            passed, value = self._found.get(index) or (True, call.function(*call.arguments))
-            if not passed:
-                raise value
-            values.append(value)
-        return values
 
 
 def serve(module: str, prepare: str, twins: Sequence[tuple[int, int]]) -> None:

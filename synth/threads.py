@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import lru_cache
+from pathlib import Path
 from typing import TypeVar
 
 from synth.errors import Problem, UserError
 
 T = TypeVar("T")
+_of_thread = threading.local()
 VARIABLE = "SYNTH_THREADS"
 # Read by numpy's linear algebra when it is loaded; Dask sets the same for its workers.
 LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -47,17 +49,28 @@ def thread_count() -> int:
 
 @lru_cache(maxsize=1)
 def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth")
+    return ThreadPoolExecutor(thread_count(), thread_name_prefix="synth", initializer=_begin_work)
+
+
+def _begin_work() -> None:
+    _of_thread.works_for_pool = True
 
 
 def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -> list[T]:
     """``work(index)`` for each index below ``count``, in order, on all cores; its compiled code must release the lock.
 
-    ``most`` : largest number in parallel. Do not nest calls: every thread might then wait for another.
+    ``most`` : largest number in parallel. Within ``work`` the same thread does all that another call asks for: if every
+    thread waited for another, none would ever be done.
     """
     if _alone(count, most):
         return [work(index) for index in range(count)]
     return list(_workers().map(_admitted(work, most), range(count)))
+
+
+def waited_for(wait: Callable[[Path], None], paths: Iterable[Path], most: int) -> None:
+    """``wait(path)`` for each path, at most so many at once, also with one thread: they wait for a disk, not a core."""
+    with ThreadPoolExecutor(most) as waiting:
+        list(waiting.map(wait, paths))  # which raises what one of them has raised
 
 
 def as_they_finish(work: Callable[[int], T], count: int, most: int | None = None) -> Iterator[tuple[int, T]]:
@@ -77,7 +90,7 @@ def as_they_finish(work: Callable[[int], T], count: int, most: int | None = None
 
 def _alone(count: int, most: int | None) -> bool:
     """Whether the calling thread does all itself."""
-    return count < 2 or min(thread_count(), most or count) < 2
+    return count < 2 or min(thread_count(), most or count) < 2 or getattr(_of_thread, "works_for_pool", False)
 
 
 def _admitted(work: Callable[[int], T], most: int | None) -> Callable[[int], T]:
@@ -96,7 +109,7 @@ def _admitted(work: Callable[[int], T], most: int | None) -> Callable[[int], T]:
 def shared_out(work: Callable[[int], T], count: int) -> list[T]:
     """Like ``in_parallel`` with one task per core, for work so short that scheduling would cost more."""
     workers = min(thread_count(), count)
-    if workers < 2:
+    if _alone(count, None):
         return [work(index) for index in range(count)]
     shares = in_parallel(lambda first: [work(index) for index in range(first, count, workers)], workers)
     return [shares[index % workers][index // workers] for index in range(count)]

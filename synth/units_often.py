@@ -16,6 +16,7 @@ _SIZES = {
     "lbf": _LBF,
     "inlbf": 0.0254 * _LBF,  # N m
     "inozf": 0.0254 * _LBF / 16,  # N m
+    "inlbfdeg": 0.0254 * _LBF / (pi / 180),  # N m/rad
 }
 # unit, size in SI, powers of the dimensions
 _LINES = """
@@ -47,8 +48,11 @@ ft              0.3048  length
 lbf             lbf     length mass time^-2
 in*lbf          inlbf   length^2 mass time^-2
 in*ozf          inozf   length^2 mass time^-2
+ozf*in          inozf   length^2 mass time^-2
+lbf*in/deg      inlbfdeg    angle^-1 length^2 mass time^-2
 in*lbf/rad      inlbf   angle^-1 length^2 mass time^-2
 in*lbf*s/rad    inlbf   angle^-1 length^2 mass time^-1
+kg/m            1       length^-1 mass
 kg*m^2          1       length^2 mass
 kg*cm^2         0.0001  length^2 mass
 g*mm^2          1e-09   length^2 mass
@@ -60,6 +64,9 @@ N*s/m           1       mass time^-1
 N*m             1       length^2 mass time^-2
 N*mm            0.001   length^2 mass time^-2
 mN*m            0.001   length^2 mass time^-2
+N*m^2           1       length^3 mass time^-2
+N*m/A           1       current^-1 length^2 mass time^-2
+V/(rad/s)       1       angle^-1 current^-1 length^2 mass time^-2
 J               1       length^2 mass time^-2
 N*m/rad         1       angle^-1 length^2 mass time^-2
 N*mm/rad        0.001   angle^-1 length^2 mass time^-2

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import time
+from pathlib import Path
+from typing import Any
 
 from synth.cad import DimensionError, DimensionProblem
 
@@ -14,6 +17,24 @@ def nothing() -> None:
 def square(value: int) -> tuple[int, int]:
     os.write(1, b"kernels print to standard output")
     return value * value, os.getpid()
+
+
+def first_of(values: tuple[Any, ...], number: int) -> tuple[Any, int]:
+    return values[0], number
+
+
+def wait_for(path: str) -> tuple[str, bool]:
+    """Until a file is there, 5 s at most; whether it is."""
+    end = time.monotonic() + 5.0
+    while time.monotonic() < end and not Path(path).exists():
+        time.sleep(0.01)
+    return path, Path(path).exists()
+
+
+def leave(path: str, *_: Any) -> str:
+    """Make a file."""
+    Path(path).touch()
+    return path
 
 
 def refuse(value: int) -> None:

@@ -11,13 +11,15 @@ import sys
 import threading
 import time
 from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 
 import pytest
 
-from side_calls import fail_oddly, fail_to_read, nothing, refuse, square
+from side_calls import OddError, fail_oddly, fail_to_read, first_of, leave, nothing, refuse, square, wait_for
 from synth import side_processes as beside
 from synth.cad import DimensionError
-from synth.side_processes import SideCall, carried_out, process_count, side_processes
+from synth.shared_calls import ResultOf, SharedCalls, SideCall
+from synth.side_processes import carried_out, process_count, side_processes
 from synth.threads import VARIABLE
 
 
@@ -56,6 +58,44 @@ def test_errors_are_raised_with_what_they_hold_and_the_processes_go_on() -> None
         with pytest.raises(FileNotFoundError):  # an error of the call, not of the process
             carried_out([SideCall(fail_to_read, ())])
         assert carried_out([SideCall(square, (3,))])[0][0] == 9
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_a_call_gets_the_results_that_it_needs(threads: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, threads)
+    calls = [SideCall(square, (3,), 0), SideCall(first_of, (ResultOf(0), 4), 1), SideCall(first_of, (ResultOf(1), 5))]
+    with side_processes(2, nothing):
+        assert carried_out(calls)[1:] == [(9, 4), (9, 5)]
+
+
+@pytest.mark.usefixtures("two")
+def test_while_a_call_waits_for_a_result_its_process_does_another(tmp_path: Path) -> None:
+    """The first call ends only when the last has been done, by the process whose own call needs the first."""
+    path = str(tmp_path / "done")
+    calls = [SideCall(wait_for, (path,), 0), SideCall(first_of, (ResultOf(0), 1), 1), SideCall(leave, (path,))]
+    with side_processes(2, nothing):
+        assert carried_out(calls) == [(path, True), (path, 1), path]
+
+
+@pytest.mark.usefixtures("two")
+def test_a_call_that_needs_what_failed_is_not_made(tmp_path: Path) -> None:
+    path = tmp_path / "done"
+    with side_processes(2, nothing):
+        with pytest.raises(DimensionError):
+            carried_out([SideCall(refuse, (1,), 0), SideCall(leave, (str(path), ResultOf(0)), 1)])
+        with pytest.raises(OddError):  # it cannot be sent, so all is done here, in order
+            carried_out([SideCall(fail_oddly, ("knee", 7), 0), SideCall(leave, (str(path), ResultOf(0)), 1)])
+    assert not path.exists()
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize("dead", [0, 1])
+def test_what_a_dead_process_has_not_found_another_finds_for_those_who_need_it(dead: int) -> None:
+    calls = [SideCall(square, (k,), k) for k in range(2)]
+    calls += [SideCall(first_of, (ResultOf(k), k), 1 - k) for k in range(2)]
+    with side_processes(2, nothing):
+        os.kill(beside._pool.processes[dead].pid, signal.SIGKILL)
+        assert carried_out(calls)[2:] == [(0, 0), (1, 1)]
 
 
 @pytest.mark.usefixtures("two")
@@ -113,7 +153,7 @@ def test_an_answer_that_is_cut_off_is_none(kept: int, capfd: pytest.CaptureFixtu
     begun = answers.tell()
     beside._send(answers, pickle.dumps((True, ["wrong"] * 1000)))
     cut = answers.getvalue()[:-1] if kept < 0 else answers.getvalue()[: begun + kept]
-    shared = beside._Shared([SideCall(square, (3,))])
+    shared = SharedCalls([SideCall(square, (3,))], beside._pool.drop)
     thread = threading.Thread(target=shared.work, args=(0, beside.SideProcess(io.BytesIO(), io.BytesIO(cut))))
     thread.start()
     thread.join()

@@ -27,6 +27,7 @@ FLOORS = (
         "pace",
         "sampling",
         "threads",
+        "shared_calls",
         "side_processes",
         "cache",
         "planting",

@@ -87,6 +87,22 @@ def test_an_error_of_a_task_is_raised() -> None:
     assert in_parallel(work, 2) == [-1.0 / 3.0, -0.5]  # the pool goes on
 
 
+@pytest.mark.usefixtures("four")
+def test_a_thread_of_the_pool_does_what_it_asks_for_itself() -> None:
+    """Six tasks of four threads each asked for three more, and waited for each other without end."""
+
+    def work(index: int) -> bool:
+        own = threading.get_ident()
+        both = in_parallel(lambda k: threading.get_ident(), 3), shared_out(lambda k: threading.get_ident(), 3)
+        return both == ([own] * 3, [own] * 3) and dict(as_they_finish(lambda k: k, 3)) == {0: 0, 1: 1, 2: 2}
+
+    done = threading.Thread(target=lambda: found.extend(in_parallel(work, 6)), daemon=True)
+    found: list[bool] = []
+    done.start()
+    done.join(5.0)
+    assert found == [True] * 6
+
+
 def test_there_is_one_pool() -> None:
     """Threads of a pool are made in ``synth.threads`` alone."""
     made = re.compile(r"ThreadPool(Executor)?\(")

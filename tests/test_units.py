@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import math
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -14,6 +16,7 @@ from hypothesis import strategies as st
 
 from synth import units
 from synth.errors import UserError
+from synth.units_spelling import plain_unit
 
 
 @pytest.mark.parametrize(
@@ -214,6 +217,19 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 def test_import_alone_brings_no_pint() -> None:
     code = "import sys, synth.units; assert 'pint' not in sys.modules and 'numpy' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_units_of_results_need_no_pint() -> None:
+    """``synth leg`` loaded it at the end for the inch units of two columns."""
+    written = {
+        plain_unit(arguments[1].value)
+        for path in Path(units.__file__).parent.rglob("*.py")
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "quantity"
+        if len(arguments := call.args) > 1 and isinstance(arguments[1], ast.Constant) and "commands" not in path.parts
+    }
+    assert {"deg", "lbf*in/deg"} < written
+    assert written - set(units.OFTEN) == {"1"}
 
 
 @pytest.mark.parametrize("unit", units.OFTEN)

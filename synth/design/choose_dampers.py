@@ -19,6 +19,7 @@ from synth.parts.rows import DamperRow
 from synth.parts.usable import offers
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
+from synth.threads import in_parallel
 
 DAMPERS_KEPT = 2  # dampers per joint in the combined choice for all joints
 ALONE = 16  # dampers per joint that are simulated, nearest torque first
@@ -146,7 +147,7 @@ def choose_dampers(
     UserError : a joint has no damper that meets its constraints.
     """
     leg = wanted.leg if leg is None else leg
-    ranked, left_out = [], []
+    candidates, left_out = [], []
     for j, joint in enumerate(leg.joints):
         choice = choices[joint.name].damper
         found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
@@ -154,19 +155,40 @@ def choose_dampers(
         options = _arrangements(options, choice, travel[j], of_family(parts, catalogue.dampers))
         options, far = _nearest_options(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
-        tuned = [wanted.tuned(_with(leg, {j: option}), (j,)) for option in options]
+        candidates.append(options)
+    ranked = _ranked(wanted, leg, candidates)
+    joints = tuple(range(len(leg.joints)))
+    sets = list(product(*(options[:DAMPERS_KEPT] for options in ranked)))
+    legs = in_parallel(lambda k: wanted.tuned(_with(leg, dict(enumerate(sets[k]))), joints), len(sets))
+    errors = wanted.overall(legs)
+    order = np.argsort(errors, kind="stable")
+    tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)
+    return DamperChoiceMade(tried[0].options, tuple(ranked), tuple(left_out), tried[0].leg, tried)
+
+
+def _ranked(
+    wanted: WantedResponse, leg: Leg, candidates: Sequence[Sequence[DamperOption]]
+) -> list[tuple[DamperOption, ...]]:
+    """Each joint's candidates, best first, with their errors and the springs tuned to them.
+
+    The candidates are tuned in parallel: while one's motions are simulated, another's step is worked out.
+    """
+    places = [(j, k) for j, options in enumerate(candidates) for k in range(len(options))]
+
+    def tune(number: int) -> Leg:
+        j, k = places[number]
+        return wanted.tuned(_with(leg, {j: candidates[j][k]}), (j,))
+
+    of_place = dict(zip(places, in_parallel(tune, len(places)), strict=True))
+    ranked = []
+    for j, options in enumerate(candidates):
+        tuned = [of_place[j, k] for k in range(len(options))]
         errors = wanted.overall(tuned)
         order = np.argsort(errors, kind="stable")
         ranked.append(
             tuple(replace(options[k], error=float(errors[k]), spring=tuned[k].joints[j].spring) for k in order)
         )
-    joints = tuple(range(len(leg.joints)))
-    sets = list(product(*(options[:DAMPERS_KEPT] for options in ranked)))
-    legs = [wanted.tuned(_with(leg, dict(enumerate(chosen))), joints) for chosen in sets]
-    errors = wanted.overall(legs)
-    order = np.argsort(errors, kind="stable")
-    tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)
-    return DamperChoiceMade(tried[0].options, tuple(ranked), tuple(left_out), tried[0].leg, tried)
+    return ranked
 
 
 def _options(

@@ -351,7 +351,7 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
             cycles=choice.cycles,
         ),
     )
-    result = design_spring(wish, catalogue, 0, lasting=False)  # only its size is needed, for its arms
+    result = design_spring(wish, catalogue, 0, lasting=False, n_nearest=1)  # only its size is needed, for its arms
     if (first := result.best or (result.nearest[0].design if result.nearest else None)) is not None:
         size = (first.wire_diameter, first.mean_diameter, first.body_coils)
         leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)

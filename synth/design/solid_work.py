@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.side_processes import SideCall, carried_out, packed, process_count, unpacked
+from synth.shared_calls import ResultOf, SideCall
+from synth.side_processes import carried_out, packed, process_count, unpacked
 
 if TYPE_CHECKING:
     from synth.cad import BuiltLeg, CheckResult, ExportedFile, LegDimensions
@@ -139,15 +141,16 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
         with everything that does not fit, in all joints.
     """
     _laid_out(dimensions)
-    places, names = _places(dimensions), [joint.name for joint in dimensions.joints]
-    homes = _homes(dimensions)
-    built: Built = carried_out([SideCall(_pack_joint, (dimensions, k), home) for k, home in homes])
-    calls = [SideCall(_of_motion, built[k], place) for k, place in places]
+    homes, names = _homes(dimensions), [joint.name for joint in dimensions.joints]
+    count = len(names)
+    # A process that has built its joints checks while another one still builds.
+    calls = [SideCall(_pack_joint, (dimensions, k), home) for k, home in homes]
+    calls += [SideCall(_of_motion, (ResultOf(k),)) for k in range(count)]
     calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), home) for k, home in homes]
     # A link's check needs the joint that follows.
-    calls += [SideCall(_of_link, (dimensions, k - 1, built[k - 1][1]), home) for k, home in homes[1:]]
-    found, count = carried_out(calls), len(names)
-    moving, parts, links = found[:count], found[count : 2 * count], found[2 * count :]
+    calls += [SideCall(_of_link, (dimensions, k - 1, ResultOf(k - 1)), home) for k, home in homes[1:]]
+    found = carried_out(calls)
+    built, moving, parts, links = (found[k * count : (k + 1) * count] for k in range(4))
     checks = [
         c for (motion, _), part in zip(moving, parts, strict=True) for c in (*part.alone, *motion, *part.printing)
     ]
@@ -179,7 +182,8 @@ def _pack_joint(dimensions: LegDimensions, index: int) -> Packed:
     return packed(leg.joints[index]), packed(leg.links[index])
 
 
-def _leg_of_copies(dimensions: LegDimensions, built: Built) -> BuiltLeg:
+@lru_cache(maxsize=1)  # its files are written, and it is drawn, in several calls
+def _leg_of_copies(dimensions: LegDimensions, built: tuple[Packed, ...]) -> BuiltLeg:
     """The leg of copies."""
     from synth.cad.leg_joints import BuiltWhenUsed, build_leg
 
@@ -188,12 +192,12 @@ def _leg_of_copies(dimensions: LegDimensions, built: Built) -> BuiltLeg:
     return replace(build_leg(dimensions), joints=joints, links=links)
 
 
-def _of_motion(packed_joint: bytes, packed_link: bytes) -> tuple[list[CheckResult], dict[str, Any]]:
+def _of_motion(packed: Packed) -> tuple[list[CheckResult], dict[str, Any]]:
     """Checks of a joint's moving parts, and its entry in the record."""
     from synth.cad.checks import check_interference
 
-    joint = unpacked(packed_joint)
-    return check_interference(joint, unpacked(packed_link)), _joint_json(joint)
+    joint, link = (unpacked(each) for each in packed)
+    return check_interference(joint, link), _joint_json(joint)
 
 
 def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
@@ -225,12 +229,12 @@ def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
     )  # fmt: skip
 
 
-def _of_link(dimensions: LegDimensions, index: int, packed_link: bytes) -> list[CheckResult]:
+def _of_link(dimensions: LegDimensions, index: int, packed: Packed) -> list[CheckResult]:
     from synth.cad.checks import check_link
     from synth.cad.leg_joints import BuiltWhenUsed, built_leg
 
     leg = built_leg(dimensions)
-    links = BuiltWhenUsed(len(leg.links), lambda _: unpacked(packed_link))
+    links = BuiltWhenUsed(len(leg.links), lambda _: unpacked(packed[1]))
     return check_link(replace(leg, links=links), index)
 
 
@@ -243,11 +247,13 @@ def written_leg(
     """
     folder.mkdir(parents=True, exist_ok=True)
     homes = _homes(dimensions)
-    calls = [SideCall(_write_whole, (dimensions, built, folder, pictures))]
+    # The whole leg in pieces that any process takes; what only one of them can do comes first.
+    calls = [SideCall(work, (dimensions, built, folder)) for work in (_write_leg, _write_others)]
     calls += [SideCall(_write_joint, (dimensions, k, folder), home) for k, home in homes]
     calls += [SideCall(_draw_joint, (dimensions, k, folder), home) for k, home in homes if pictures]
-    (whole, picture), *found = carried_out(calls)
-    joints, drawn = found[: len(homes)], [*found[len(homes) :], *([picture] if pictures else [])]
+    calls += [SideCall(_draw_leg, (dimensions, built, folder))] if pictures else []
+    leg, others, *found = carried_out(calls)
+    whole, joints, drawn = [*leg, *others], found[: len(homes)], found[len(homes) :]
     files = [file for parts, _ in joints for file in parts]
     files += [file for _, assembled in joints for file in assembled]
     missing = [each for each in drawn if isinstance(each, str)]
@@ -276,22 +282,29 @@ def _draw_joint(dimensions: LegDimensions, index: int, folder: Path) -> list[Exp
         return str(error)
 
 
-def _write_whole(
-    dimensions: LegDimensions,
-    built: Built,
-    folder: Path,
-    pictures: bool,  # noqa: FBT001 - a SideCall hands its arguments on in order
-) -> tuple[list[ExportedFile], list[ExportedFile] | str]:
-    """The files of the whole leg, and its picture or why there is none."""
-    from synth import cad
-    from synth.cad.export import draw_whole, write_whole
+def _write_leg(dimensions: LegDimensions, built: Built, folder: Path) -> list[ExportedFile]:
+    """The assembly of the whole leg."""
+    from synth.cad.export import write_assembly
 
-    leg = _leg_of_copies(dimensions, built)
-    written = write_whole(leg, folder)
+    return write_assembly(_leg_of_copies(dimensions, tuple(built)), None, folder)
+
+
+def _write_others(dimensions: LegDimensions, built: Built, folder: Path) -> list[ExportedFile]:
+    """The files of the whole leg for printing, viewing and cutting."""
+    from synth.cad.export import write_for_others
+
+    return write_for_others(_leg_of_copies(dimensions, tuple(built)), folder)
+
+
+def _draw_leg(dimensions: LegDimensions, built: Built, folder: Path) -> list[ExportedFile] | str:
+    """The picture of the whole leg, or why there is none."""
+    from synth import cad
+    from synth.cad.export import draw_whole
+
     try:
-        return written, draw_whole(leg, folder) if pictures else []
+        return draw_whole(_leg_of_copies(dimensions, tuple(built)), folder)
     except cad.PreviewError as error:
-        return written, str(error)
+        return str(error)
 
 
 def failures_of(dimensions: LegDimensions, checks: Sequence[CheckResult], folder: Path) -> dict[str, CheckResult]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from typing import Any
 
 from synth.parts.catalogs import Catalogue
@@ -80,12 +81,18 @@ class SpringResult:
 
 
 def design_spring(
-    wish: SpringRequirements, catalogue: Catalogue | None = None, n_alternative: int = 4, *, lasting: bool = True
+    wish: SpringRequirements,
+    catalogue: Catalogue | None = None,
+    n_alternative: int = 4,
+    *,
+    lasting: bool = True,
+    n_nearest: int | None = None,
 ) -> SpringResult:
     """Find the spring to wind.
 
     ``n_alternative`` is the largest number of other wires that the result lists. ``lasting``: whether to look for the
     nearest springs that last, if the best one does not; that takes longer than the best spring itself.
+    ``n_nearest``: the largest number of nearest springs, if there is none; None: all.
 
     Raises
     ------
@@ -113,7 +120,7 @@ def design_spring(
         longer = tuple(nearest_lasting(wish, material, catalogue)) if wanting else ()
         return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), longer, notes)
     found = list(candidates(wish, material))
-    nearest = nearest_springs(found, wish, material, catalogue)
+    nearest = islice(nearest_springs(found, wish, material, catalogue), n_nearest)
     return SpringResult(wish, None, (), tuple(limits_in_the_way(found, wish)), tuple(nearest))
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from typing import Any, Literal
 
 from synth.parts.catalogs import Catalogue
@@ -42,25 +43,29 @@ class NearestSpring:
 def nearest_lasting(wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue) -> list[NearestSpring]:
     """The nearest springs that last the design life: with more room, several in parallel, or a smaller travel."""
     lasting = replace(wish, limits=replace(wish.limits, cycles=DESIGN_LIFE))
-    return nearest_springs(list(candidates(lasting, material)), lasting, material, catalogue)
+    return list(nearest_springs(list(candidates(lasting, material)), lasting, material, catalogue))
 
 
 def nearest_springs(
     found: list[SpringDesign], wish: SpringRequirements, material: WireMaterial, catalogue: Catalogue
-) -> list[NearestSpring]:
+) -> Iterator[NearestSpring]:
     """What can be made instead: with more room, in parallel, with a smaller travel, of another material.
 
-    If none of these helps on its own: springs in parallel with a smaller travel.
+    If none of these helps on its own: springs in parallel with a smaller travel. Each is sought when it is asked for.
 
     ``found``: the candidates for ``wish``, of which none keeps all limits.
     """
-    nearest = [
-        *_more_room(found),
-        *_parallel(wish, material),
-        *_smaller_travel(found, wish, material),
-        *_other_material(wish, material, catalogue),
-    ]
-    return nearest or list(_parallel_of_smaller_travel(wish, material))
+    helped = False
+    for nearest in chain(
+        _more_room(found),
+        _parallel(wish, material),
+        _smaller_travel(found, wish, material),
+        _other_material(wish, material, catalogue),
+    ):
+        helped = True
+        yield nearest
+    if not helped:
+        yield from _parallel_of_smaller_travel(wish, material)
 
 
 def _violated_limits(design: SpringDesign) -> frozenset[str]:

@@ -117,6 +117,14 @@ def test_normalising_step_refuses_an_unknown_layout():
         normalised_step(text)
 
 
+def test_colours_begin_with_a_statement_and_not_with_a_name_that_holds_its_word():
+    style = "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION"
+    text = f"FILE_NAME('x','2026-01-01T00:00:00',('A'));\nDATA;\n#7 = PRODUCT('#1 = {style}(',#3);\nENDSEC;\n"
+    assert normalised_step(text) == text.replace("2026", "2000")
+    text = text.replace("'#1 = ", "'na\u00efve #1 = ")
+    assert "na\\X2\\00EF\\X0\\ve" in normalised_step(text)
+
+
 def test_pictures_are_not_blank(leg, tmp_path):
     import numpy as np
     from matplotlib.image import imread

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -172,6 +173,25 @@ def test_files_are_on_the_disk_before_the_rename(tmp_path: Path, monkeypatch: py
     assert {"fit.json", ".synth-output"} < set(before)
     assert any(name.startswith(".out.partial-") for name in before)
     assert flushed[-1] == tmp_path.name
+
+
+def test_files_wait_for_the_disk_together_and_one_that_fails_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both, waiting = threading.Event(), []
+
+    def flush(path: Path) -> None:
+        waiting.append(path.name)
+        if len(waiting) > 1:
+            both.set()
+        assert both.wait(5.0)
+        if path.name == "fit.json":
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(output, "_flush", flush)
+    with pytest.raises(UserError, match="No space left"):
+        run(tmp_path / "out")
+    assert names(tmp_path) == []
 
 
 def test_an_earlier_result_without_write_permission_is_refused_at_once(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
@@ -14,7 +15,7 @@ from synth.errors import UserError
 from synth.parts import coil_angle
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
-from synth.spring import fatigue, space, spring_search, stress
+from synth.spring import fatigue, nearest_springs, space, spring_search, stress
 from synth.spring.design import design_spring
 from synth.spring.evaluate import check_spring, kept_spring, travel_limit
 from synth.spring.sizes_alone import least_mass, may_bear, surely_broken
@@ -167,6 +168,21 @@ class TestThesisHip:
             wanted, shorter.travel + math.radians(0.11), included_angle=wish.included_angle, limits=limits
         )
         assert design_spring(longer, catalogue).best is None
+
+    def test_only_as_many_nearest_springs_are_sought_as_asked_for(
+        self, catalogue: Catalogue, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        limits = SpringLimits(max_outer_diameter=1.63 * 0.0254, max_body_length=0.05)
+        wish = SpringRequirements(38.0, math.radians(45), included_angle=math.radians(105), limits=limits)
+        known = design_spring(wish, catalogue).nearest
+        assert len(known) > 1
+
+        def sought(*_: object) -> Iterator[None]:
+            raise AssertionError("springs of another material are sought")
+            yield
+
+        monkeypatch.setattr(nearest_springs, "_other_material", sought)  # the last of them
+        assert design_spring(wish, catalogue, n_nearest=1).nearest == known[:1]
 
     def test_more_space_is_proposed_if_space_is_the_limit(self, catalogue: Catalogue) -> None:
         tight = SpringLimits(max_outer_diameter=0.030, max_body_length=0.030)
