@@ -129,7 +129,9 @@ def test_a_wrong_sign_behind_an_absurd_damper_is_detected() -> None:
     assert "with sign: -1 of the ankle" in text
     # A smaller residual is looked into where the result has a rate at a bound, whatever its sentences say.
     scatter = np.nan_to_num(sample_scatter(given.fitted))
-    near = replace(found, rms=dict(zip(wrong.joint_names, (3.0 * scatter).tolist(), strict=True)), warnings=())
+    nearer = 3.0 * scatter / np.array(list(found.averaged_rms.values()))
+    trials = [replace(each, fitted=each.measured + nearer * (each.fitted - each.measured)) for each in found.trials]
+    near = replace(found, trials=tuple(trials), warnings=())
     assert convention_doubts(wrong, given.fitted, near) == []
     (text,) = convention_doubts(wrong, given.fitted, replace(near, at_bound=("damper_rate ankle",)))
     assert "with sign: -1 of the ankle" in text
