@@ -68,6 +68,7 @@ def responses(result: Result) -> dict[str, Any] | AbsentResult:
     limits = shared_limits([panel for found in panels.values() for panel in found])
     starts = {str(start.get("name")): start for start in sequence(result.content, "starts")}
     return {
+        "family": is_family(result.content),
         "legend": legend(_drawn_sides(lines, [panel for found in panels.values() for panel in found])),
         "figures": [
             {

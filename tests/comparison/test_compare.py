@@ -250,6 +250,7 @@ def test_time_scales_of_a_project_are_a_family(tmp_path: Path, capsys: pytest.Ca
     page = (out / "report.html").read_text()
     assert "time scales" in page
     assert "time / time scale [s]" in page
+    assert "The legs of the time scales are drawn as fitted to that recording" in page
     assert "its time / 2" in capsys.readouterr().out
 
 
