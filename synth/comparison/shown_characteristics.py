@@ -147,7 +147,12 @@ def _judged(release: Mapping[int, _Motion], names: Sequence[str]) -> dict[int, d
         for name, seen in joints.items()
         if seen.validity == STARTS_AT_REST or abs(seen.amplitude) < least
     }
-    return {place: {n: seen for n, seen in joints.items() if n not in rests} for place, joints in found.items()}
+    return {
+        place: {
+            n: seen.without_step() if seen.starts_near_rest else seen for n, seen in joints.items() if n not in rests
+        }
+        for place, joints in found.items()
+    }
 
 
 def _spreads(

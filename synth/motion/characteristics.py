@@ -13,10 +13,12 @@ SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry f
 LEAST_PEAK = 0.02  # of the amplitude: a smaller peak is no swing of the joint itself, however little noise there is
 STARTS_AT_REST = "starts at rest"
 CUT = "its start is cut off: no rise time, overshoot and settling time"
-# Of the amplitude. A joint released by itself swings past rest by less than its amplitude; half as much again is left
-# for what other joints add. One that swings farther was moving, or was moved: shares of the amplitude mean nothing.
-FARTHEST_SWING = 1.5
-NEAR_REST = "it starts near rest and swings much farther: no rise time, overshoot and settling time"
+NEAR_REST = "it starts near rest and swings much farther: rise, overshoot and settling are those of a small step"
+# times as far. One that swings farther was hardly away from rest: shares of its amplitude mean little.
+FARTHEST_SWING = 4.0
+NEAR_REST = (
+    "it starts near rest and swings much farther: rise time, overshoot and settling time are those of a small step"
+)
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,15 @@ class Characteristics:
     settling_time: float | None
     validity: str
 
+    @property
+    def starts_near_rest(self) -> bool:
+        """Whether the motion swings so much farther than it starts away that a share of that means little."""
+        return self.validity.endswith(NEAR_REST)
+
+    def without_step(self) -> Characteristics:
+        """The same without what is a share of the amplitude."""
+        return replace(self, rise_time=None, overshoot=None, settling_time=None)
+
 
 def characteristics(
     time: Array,
@@ -51,12 +62,12 @@ def characteristics(
 
     Rest is ``rest`` rad, by default found from the curve, with a fitted leg's ``equilibrium`` rad where it ends in
     motion (see ``rest_of``); without a rest only the damped frequency is given. ``cut``: the curve begins within the
-    motion, so that it has no rise time, overshoot and settling time; nor has one whose rest is found and which swings
-    far beyond its amplitude (``FARTHEST_SWING``), since it was not released there. Peaks are alternate extremes about
-    rest larger than three times ``noise`` (rad), the first ``most_peaks`` of them. The logarithmic decrement over m
-    half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering
-    Vibration*, 4th ed., eq. 1.88); it holds for one decaying mode, so it is marked doubtful if successive half cycles
-    disagree by more than a factor of two.
+    motion, so that it has no rise time, overshoot and settling time. Of one whose rest is found and which swings far
+    beyond its amplitude (``FARTHEST_SWING``) the validity says that these mean little (``without_step``). Peaks are
+    alternate extremes about rest larger than three times ``noise`` (rad), the first ``most_peaks`` of them. The
+    logarithmic decrement over m half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives ``zeta = delta / sqrt(4 pi^2 +
+    delta^2)`` (Inman, *Engineering Vibration*, 4th ed., eq. 1.88); it holds for one decaying mode, so it is marked
+    doubtful if successive half cycles disagree by more than a factor of two.
     """
     how, why = "", CUT if cut else ""
     if rest is None:
@@ -73,7 +84,8 @@ def characteristics(
     made = _about_rest(time, away, amplitude, noise, how, most_peaks)
     if not why or (why == NEAR_REST and made.validity == STARTS_AT_REST):
         return made
-    return replace(made, rise_time=None, overshoot=None, settling_time=None, validity=f"{made.validity}; {why}")
+    made = replace(made, validity=f"{made.validity}; {why}")
+    return made.without_step() if cut else made
 
 
 def _about_rest(
