@@ -26,7 +26,8 @@ from synth.reports.sections.gap_which import (
 )
 
 MOST_CAUSES = 3  # in the opening, with those that the sentence above it names; its section has all
-# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names.
+# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names
+# (``synth.diagnosis.sentences``).
 TIED_NAMED, MOST_ALONE, LEAST_ALONE = 2, 3, 0.05
 # In words, how the scored trials were predicted if none was held out.
 HOW = {
@@ -100,8 +101,8 @@ def _steps(document: Json) -> list[str]:
     return [f"{experiment.get('why')}{play}{entry}"]
 
 
-def _listed_causes(document: Json) -> list[Mapping[str, Any]]:
-    """The most probable causes, and those that the sentence names besides."""
+def listed_causes(document: Json, most: int) -> list[Mapping[str, Any]]:
+    """The ``most`` probable causes, and those that the sentence names besides."""
     ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
     explanations = [sequence(document, "explanation"), *sequence(document, "tied")[:TIED_NAMED]]
     named = {name_of(cause) for causes in explanations for cause in causes}
@@ -109,12 +110,12 @@ def _listed_causes(document: Json) -> list[Mapping[str, Any]]:
         alone = [entry for entry in ranked if (value_of(entry.get("shrink")) or 0.0) > LEAST_ALONE]
         alone.sort(key=lambda entry: -(value_of(entry.get("shrink")) or 0.0))
         named |= {name_of(entry) for entry in alone[:MOST_ALONE]}
-    return [entry for place, entry in enumerate(ranked) if place < MOST_CAUSES or name_of(entry) in named]
+    return [entry for place, entry in enumerate(ranked) if place < most or name_of(entry) in named]
 
 
 def _figures(document: Json) -> Figures | None:
     """The most probable causes, and the error that remains with them."""
-    listed = _listed_causes(document)
+    listed = listed_causes(document, MOST_CAUSES)
     rows = [
         [
             Cell(name_of(entry)),

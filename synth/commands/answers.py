@@ -28,9 +28,6 @@ MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
 LARGEST_AT_NOISE = 0.5  # noise floors, of a gap's remainder: as on the page
 MOST_CAUSES = 5  # on the screen: a glance, with those that the sentence names; the report has all
-# Explanations tied with the first, and causes that alone remove most and at least this share, that the sentence names
-# (``synth.diagnosis.sentences``).
-TIED_NAMED, MOST_ALONE, LEAST_ALONE = 2, 3, 0.05
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 
@@ -82,6 +79,8 @@ def warning_texts(content: Json) -> list[str]:
 
 def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
     """Spring rate, damper rate and free angle of each joint with 90 % intervals, and the residual."""
+    from synth.reports.quantities import is_any_angle
+
     columns = (("k", "spring_rate", "N*m/rad"), ("b", "damper_rate", "N*m*s/rad"), ("free angle", "free_angle", "rad"))
     heads = [cell for name, _, si in columns for cell in (f"{name} [{shown.unit(si)}]", "90 %")]
     rows = [["joint", *heads, "RMS [deg]"]]
@@ -90,7 +89,7 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
         cells = [
             cell
             for item, si in given
-            for cell in (("unknown", "") if _is_any_angle(item) else _estimate(shown.of(item, si) if item else None))
+            for cell in (("unknown", "") if is_any_angle(item) else _estimate(shown.of(item, si) if item else None))
         ]
         if (joint.get("damper") or {}).get("law") == "none":  # a joint that is locked in every trial
             cells[2] = "none"
@@ -128,8 +127,10 @@ def _cell(value: object) -> str:
 
 def gap_text(content: Json) -> str:
     """The causes that count: probability, and by how much each alone reduces the gap."""
+    from synth.reports.openings.gap_opening import listed_causes
+
     rows = [["cause", "joint", "probability", "reduces the gap by"]]
-    listed = _listed_causes(content)
+    listed = listed_causes(dict(content), MOST_CAUSES)
     for entry in listed:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
         shown = "-" if shrink is None else f"{round(shrink, 2) + 0.0:.0%}"  # no -0%
@@ -141,25 +142,6 @@ def gap_text(content: Json) -> str:
     rows.append([_words_of_none(content), "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
-
-
-def _listed_causes(content: Json) -> list[Json]:
-    """The most probable causes, and those that the sentence names besides."""
-    named = [cause for causes in [content["explanation"], *content.get("tied", [])[:TIED_NAMED]] for cause in causes]
-    keys = [(cause["effect"], cause["joint"]) for cause in named]
-    if content["verdict"] == "unknown":  # it names those that alone remove most
-        helps = (each for each in content["ranked"] if each.get("shrink") and _share_left(each) < 1.0 - LEAST_ALONE)
-        alone = sorted(helps, key=_share_left)
-        keys += [(entry["effect"], entry["joint"]) for entry in alone[:MOST_ALONE]]
-    return [
-        entry
-        for place, entry in enumerate(content["ranked"])
-        if place < MOST_CAUSES or (entry["effect"], entry["joint"]) in keys
-    ]
-
-
-def _share_left(entry: Json) -> float:
-    return 1.0 - float(entry["shrink"]["value"])
 
 
 def _words_of_none(content: Json) -> str:
@@ -227,12 +209,6 @@ def _estimate(quantity: Json | None) -> tuple[str, str]:
     if low is None or high is None or not high > low:
         return _number(quantity), ""
     return estimate_words(quantity["value"], low, high)
-
-
-def _is_any_angle(quantity: Json | None) -> bool:
-    """Whether it is an angle whose interval spans a full turn: the free angle of a spring that may not be there."""
-    low, high = (quantity or {}).get("interval90") or (0.0, 0.0)
-    return quantity is not None and quantity["unit"] == "deg" and high - low >= 360.0
 
 
 def _number(quantity: Json | None) -> str:

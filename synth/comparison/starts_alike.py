@@ -19,7 +19,7 @@ from synth.swing.leg_model import Leg
 NEAR = np.radians(10.0)  # at any joint: half of a common amplitude; a recording farther away is another motion
 NEAR_SHARE = 0.5  # of the larger motion's amplitude at its widest joint, where this is less than NEAR
 RELATIVE, ABSOLUTE = 1e-6, 1e-9  # of conditions and inputs, SI: results state them with ten digits
-OF_PACE = 2.0  # paces, the time in which a sinusoid turns by one radian: see ``motion.pace``
+OF_PACE = 2.0  # paces, the time in which a sinusoid turns by one radian: see ``synth.pace``
 # Of the polynomial at the start, over such a time: its rate is 10 % of the largest off, alike in recordings alike, and
 # an angle's noise s shows as 14 s / sqrt(samples) of swing.
 DEGREE, LEAST_SAMPLES = 2, 5

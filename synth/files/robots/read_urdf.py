@@ -9,13 +9,13 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.robots.mesh_points import mesh_points
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, MimickedJoint, Robot, RobotBody, RobotJoint, doubtful_limits
-from synth.files.robots.rotations import about_axis, by_fixed_axes, by_quaternion
 from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
@@ -112,7 +112,7 @@ def _moved(joint: RobotJoint, turn: Array, place: Array) -> tuple[Array, Array]:
         return turn, place + joint.reading * joint.axis
     if joint.kind != "hinge" or not joint.reading:
         return turn, place
-    return about_axis(joint.axis, joint.reading) @ turn, place
+    return Rotation.from_rotvec(joint.reading * joint.axis).as_matrix() @ turn, place
 
 
 @dataclass(frozen=True)
@@ -176,8 +176,8 @@ class _UrdfReader:
             quaternion = self.numbers(element, "quat_xyzw", "0 0 0 1", key)
             if not quaternion.any():
                 self.refuse('quat_xyzw="0 0 0 0" is no rotation; none is 0 0 0 1', key)
-            return place, by_quaternion(quaternion if quaternion.any() else np.array([0.0, 0.0, 0.0, 1.0]))
-        return place, by_fixed_axes(self.numbers(element, "rpy", "0 0 0", key))
+            return place, Rotation.from_quat(quaternion if quaternion.any() else [0.0, 0.0, 0.0, 1.0]).as_matrix()
+        return place, Rotation.from_euler("xyz", self.numbers(element, "rpy", "0 0 0", key)).as_matrix()
 
     def ordered(self, links: Mapping[str, Element], joints: list[Element]) -> list[tuple[str, Element | None]]:
         """Links, each after its parent, with the joint to the parent."""
