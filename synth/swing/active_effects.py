@@ -109,6 +109,11 @@ class ActiveEffects:
         on, (bristles, plays) = active[1].tolist(), self._bristles_and_plays
         return not on[SERVOS] and any(on[i] for i in bristles) and not any(on[i] for i in plays)
 
+    @staticmethod
+    def needs_whole(active: Switches) -> bool:
+        """Whether a servo acts, or an effect that uses the bearing force: only the whole integrator has these."""
+        return bool(active[1, SERVOS]) or bool(np.any(active[0] != active[1]))
+
     @cached_property
     def _memory_rows(self) -> list[tuple[int, Effect, slice, list[slice], NDArray[np.intp]]]:
         """Of each effect with a memory: its switch, itself, rows of the memory, of parameters, of strengths (s, n)."""

@@ -17,7 +17,7 @@ from synth.compiling.announced import announced
 from synth.compiling.numba_internals import as_argument, entry_point
 from synth.drives.servo import ServoSignals
 from synth.swing.active_effects import ActiveEffects
-from synth.swing.chain_modules import LAWS, PLAIN, ModuleText, chain_modules
+from synth.swing.chain_modules import LARGEST, LAWS, PLAIN, ModuleText, chain_modules
 from synth.swing.driving_inputs import DrivingInputs
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import HeldCommands, Linear
@@ -100,6 +100,11 @@ class Chain:
         return self.sources["integrator"].load().integrate
 
     @cached_property
+    def integrate_smooth(self) -> Any:
+        """The integrator for extra torques without memory, known torque or servo."""
+        return self.sources["smooth"].load().integrate
+
+    @cached_property
     def integrate_plain(self) -> Any:
         """The integrator for springs, linear dampers and gravity only."""
         return self.sources["plain"].load().integrate
@@ -125,7 +130,7 @@ class Chain:
         """Load what friction, drag and hardening at a joint need; where it must be compiled, that is announced."""
         if all(self.sources[name].on_disk for name in LAWS):
             return
-        # Measured on two busy cores, nothing on disk: 36 s of processor for two links, 20 of them the integrator's.
+        # Nothing on disk, two links: half the work of the integrator with servos, which these laws do not need.
         text = "compiling the equations of motion with friction, drag and hardening, which the residuals ask for"
         with announced(f"{text} (once on this machine, 10 to 40 s; stored in {cache_folder()})"):
             self._load(LAWS)
@@ -133,12 +138,12 @@ class Chain:
     def _load(self, names: Sequence[str]) -> None:
         """Load or compile these modules.
 
-        If several modules must be compiled, a separate process compiles the integrator, which is half of the work.
+        If several modules must be compiled, a separate process compiles the largest, which is nearly half of the work.
         """
         wanted = [self.sources[name] for name in names]
         missing = [source for source in wanted if not source.on_disk]
-        aside = self.sources["integrator"]
-        helper = code_cache.compile_aside(*aside.parts) if aside in missing and len(missing) > 1 else None
+        aside = next((self.sources[name] for name in LARGEST if self.sources[name] in missing), None)
+        helper = code_cache.compile_aside(*aside.parts) if aside is not None and len(missing) > 1 else None
         for source in wanted:
             if source is aside and helper is not None:
                 helper.wait()  # if it fails, the integrator is compiled here
@@ -152,6 +157,11 @@ class Chain:
     @cached_property
     def _whole(self) -> tuple[Any, ...]:
         return entry_point(self.integrate), *self._called
+
+    @cached_property
+    def _smooth(self) -> tuple[Any, ...]:
+        called = as_argument(self.right_hand_side), as_argument(self.extra_torques)
+        return entry_point(self.integrate_smooth), *called, 0, 0
 
     @cached_property
     def _plain(self) -> tuple[Any, ...]:
@@ -296,8 +306,14 @@ class Chain:
         known, commands_held = given
         if groups.bent[index] and not len(known[0]) and "curves" in self.sources:
             return self._step_implicitly
-        rubbing = not len(known[0]) and self.acting.rubs(active)
-        integrate, *called = self._rubbing if rubbing else self._whole if active.any() or len(known[0]) else self._plain
+        driven = len(known[0]) > 0
+        rubbing = not driven and self.acting.rubs(active)
+        if rubbing:
+            integrate, *called = self._rubbing
+        elif driven or memories or self.acting.needs_whole(active):
+            integrate, *called = self._whole
+        else:
+            integrate, *called = self._smooth if active.any() else self._plain
         inputs = () if rubbing else (known, commands_held)
 
         def step(room: Array, *rest: Any) -> None:

@@ -52,9 +52,11 @@ from synth.swing.explicit_steps import (
 )  # fmt: skip
 from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, PLACE, SERVOS, SHARING, WORKING
 
-# ``chain_modules`` reads this file as text and makes further modules of it with False: only springs, dampers and
-# gravity, no other function to call and no events, for ``LINKS`` links. It compiles in half the time.
+# ``chain_modules`` reads this file as text and makes further modules of it, for ``LINKS`` links, which compile in a
+# quarter of the time. Without ``WHOLE`` no memories, events, known torques or servos; without ``EXTRA`` only springs,
+# dampers and gravity, no other function to call.
 WHOLE = True
+EXTRA = True
 LINKS = 0  # a constant length of all loops; 0: any number of links
 
 _WEIGHTS, _OF_DAMPED = DORMAND_PRINCE.weights, DAMPED.weights
@@ -75,7 +77,7 @@ MOST_CUTS = 20
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
 _chain = types.FunctionType(types.void(float64[::1]))
-_extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if WHOLE else int64
+_extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if EXTRA else int64
 _loaded = _chain if WHOLE else int64
 _known = types.Tuple((float64[::1], float64[:, ::1], float64[::1]))
 _commands_held = types.Tuple((float64[::1], float64[:, ::1]))
@@ -113,6 +115,8 @@ def _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, K): 
         else:
             chain(flat)
     else:
+        if EXTRA:
+            extra(flat, n, active[0])
         chain(flat)
     K = K & PLACE
     for e in range((LINKS if LINKS else n & MOST_LINKS) * LANES):
@@ -171,7 +175,8 @@ def integrate(  # type: ignore[no-untyped-def]
     Parameters
     ----------
     chain, extra, bearing, again : the compiled right-hand side; the extra torques; the two functions that replace the
-        right-hand side if some extra torque needs the bearing forces. Without ``WHOLE`` only the first is used.
+        right-hand side if some extra torque needs the bearing forces. Without ``WHOLE`` these two are not used, and
+        without ``EXTRA`` only the first is.
     S : the integrator's own numbers, and from ``WORKING`` on the workspace with initial state and parameters; the state
         rows are overwritten.
     states : rows of the memories, rows of their derivatives, factors (n_memory,) on their tolerance, ``bends``

@@ -14,7 +14,8 @@ from synth.swing.lane_layout import Layout
 from synth.swing.stage_rows import MOST_STAGED
 
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
-LAWS = ("chain", "torques", "bearing", "integrator", "friction")  # those that friction, drag and hardening need
+LAWS = ("chain", "torques", "bearing", "smooth", "friction")  # those that friction, drag and hardening need
+LARGEST = ("integrator", "friction")  # longest to compile, the longest first
 DRIVES = ("synth.drives.motor_law", "synth.drives.servo_law")
 # Modules that the compiled integrator inlines; a change of one recompiles it.
 CALLED = (
@@ -58,12 +59,14 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
     )
     files = tuple(source_file(module) for module in modules)
     integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
-    plain = with_constant(with_constant(integrator, "WHOLE", False), "LINKS", layout.n)
+    smooth = with_constant(integrator, "WHOLE", False)
+    plain = with_constant(with_constant(smooth, "EXTRA", False), "LINKS", layout.n)
     friction = source_file("synth.swing.friction_integrator").read_text(encoding="utf-8")
     called = tuple(map(source_file, CALLED))
     made = {
         "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
         "plain": ModuleText(f"plain{layout.n}", plain, called[:3]),
+        "smooth": ModuleText("smooth", smooth, called[:3]),
         "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
         "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": ModuleText("integrator", integrator, called),
