@@ -117,6 +117,17 @@ def test_three_causes_of_one_spring_are_any_curve_and_leave_an_unknown_cause() -
     assert len(mixed.accepted.keys) == 3
 
 
+@pytest.mark.parametrize(("left", "verdict", "count"), [(30.0, "effect", 3), (80.0, "unknown", 2)])
+def test_three_causes_are_named_far_from_the_noise_only_if_they_leave_nearly_nothing(
+    left: float, verdict: str, count: int
+) -> None:
+    """Each takes 40 % of the gap, two take 60 %: of a dirty rig's many small causes such three are often not there."""
+    three = [cause(name, joint) for name, joint in (("backlash", "hip"), ("latency", "knee"), ("spring_rate", "hip"))]
+    sets = far_off(left, *three), far_off(400.0, *three[:2])
+    judged = judge(Hypotheses(far_off(1000.0), tuple(far_off(600.0, each) for each in three), sets), CALIBRATED)
+    assert (judged.verdict, len(judged.accepted.keys)) == (verdict, count)
+
+
 def test_two_certain_causes_leave_more_doubt_than_one() -> None:
     """They imitate others more easily: at the noise one of 20 single explanations is wrong, one of four of two."""
     none, singles = near_noise(1000.0, 5.0), (near_noise(400.0, 2.5, FRICTION), near_noise(500.0, 3.0, OFFSET))
