@@ -77,7 +77,9 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 along = seen.flat(marked) - anchors[index]
                 length = float(np.hypot(*along))
             else:
-                along, length = last_link(robot, groups[index], anchors[index], lumped.com, seen, tip, messages)
+                size = max(sum(joint.link.length for joint in made), lumped.gyration(anchors[index]))
+                of_last = (robot, groups[index], anchors[index], lumped.com, seen)
+                along, length = last_link(*of_last, size, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), pull, messages))
         before = direction
@@ -166,6 +168,10 @@ class _Lumped:
     mass: float
     com: Array
     inertia: float
+
+    def gyration(self, anchor: Array) -> float:
+        """Radius of gyration about a point (2,), m: no body is smaller than that."""
+        return float(np.sqrt(max(self.inertia, 0.0) / self.mass + ((self.com - anchor) ** 2).sum()))
 
     @classmethod
     def of(cls, robot: Robot, bodies: Sequence[int], seen: LegPlane) -> _Lumped:

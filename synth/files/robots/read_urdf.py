@@ -272,7 +272,8 @@ class _UrdfReader:
             found = self.mesh(item.get("filename", ""), self.numbers(item, "scale", "1 1 1", key))
         else:
             found = unread(f"a <{kind}>" if kind else "a shape without a geometry")
-        return found.moved(*self.origin(owner))
+        title = f"mesh {item.get('filename', '')}" if kind == "mesh" and item is not None else kind
+        return replace(found.moved(*self.origin(owner)), title=title)
 
     def mesh(self, name: str, scale: Array) -> RobotShape:
         """A mesh's shape; of one that cannot be read only the centre is known."""
