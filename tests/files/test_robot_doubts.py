@@ -1,12 +1,15 @@
-"""What of a robot's file cannot be: a shape in another unit. Notes name it."""
+"""What of a robot's file cannot be: a shape in another unit, an inertia that no body has. Notes name it."""
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import pytest
 import trimesh
 
+from synth.cli import main
 from synth.errors import UserError
 from synth.files.robots.planar_chain import PickedLeg
 from synth.files.robots.robot_project import robot_leg
@@ -98,3 +101,40 @@ def test_a_mesh_in_mm_of_an_mjcf(tmp_path: Path) -> None:
     found = robot_leg(tmp_path / "r.xml", ["hip"])
     assert found.leg.joints[0].link.length == pytest.approx(0.2)
     assert any(text.startswith("the mesh m of t reaches 210") and "is it in mm?" in text for text in found.messages)
+
+
+@pytest.mark.parametrize(
+    ("moments", "said"),
+    [
+        ((3e-3, 3e-3, 3.2e-5), ""),
+        ((3e-3, 3.034e-3, 3.2e-5), ""),  # 0.07 %: a file's digits
+        (
+            (3e-3, 3.1e-3, 3.2e-5),
+            "the largest principal moment of inertia exceeds the sum of the others, .* shank 2.2 %; ",
+        ),
+        ((3e-3, 0.302, 3.6e-5), r"shank: no body has the principal moments of inertia 3.6e-05, 0.003, 0.302 kg m\^2"),
+    ],
+)
+def test_an_inertia_that_no_body_has_is_told(moments: tuple[float, ...], said: str, tmp_path: Path) -> None:
+    """MuJoCo refuses such a body: inertia must satisfy A + B >= C. It was taken without a word."""
+    found = picked(tmp_path, "", FOOT, shank=INERTIA.format(*moments))
+    notes = [text for text in found.messages if "principal moment" in text]
+    assert len(notes) == bool(said)
+    assert re.search(said, "".join(notes))
+    assert found.leg.joints[1].link.inertia == pytest.approx(moments[1])
+
+
+def test_init_and_check_tell_an_impossible_link(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its radius of gyration is 3.6 lengths of the link; `synth check` ended with "all checks hold"."""
+    file = urdf(tmp_path, "", FOOT, shank=INERTIA.format(0.1, 0.1, 1e-4))
+    made = tmp_path / "made"
+    assert main(["init", "gap", str(made), "--from", str(file), "--chain", "hip,knee", "--json"]) == 0
+    notes = json.loads(capsys.readouterr().out)["notes"]
+    (said,) = [text for text in notes if "its mass by its length squared" in text]
+    assert said.startswith("knee: the link's inertia is ")
+    assert f"## To check\n\n- {said}\n" in (made / "README.md").read_text()
+    assert main(["check", str(made / "robot.leg.yaml"), "--out", str(tmp_path / "checked")]) == 0
+    assert f"note: {said}" in capsys.readouterr().out
+    assert json.loads((tmp_path / "checked" / "check.json").read_text())["warnings"] == [said]
+    page = (tmp_path / "checked" / "report.html").read_text()
+    assert "Check the numbers of the links, then run this again." in page

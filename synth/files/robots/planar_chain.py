@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.robot_bodies import tip_names
+from synth.files.robots.inertia_doubts import inertia_messages
 from synth.files.robots.last_link import last_link
 from synth.files.robots.leg_plane import LegPlane, plane_of_leg
 from synth.files.robots.mjcf_dampers import curve_of
@@ -84,7 +85,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), pull, messages))
         before = direction
     gravity = pull * felt_share(robot, groups, messages)
-    messages += contact_messages(robot, groups)
+    messages += inertia_messages(robot, groups) + contact_messages(robot, groups)
     name = robot.name if robot.name else "robot"
     return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(messages)))
 
