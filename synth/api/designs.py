@@ -29,7 +29,7 @@ from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Design(Report):
     """A designed leg; ``design`` holds everything, see ``LegDesign``. ``solids`` : whether its joints are drawn."""
 

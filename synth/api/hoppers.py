@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Chunks = Callable[[int, int], None]  # finished chunks, total
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hopper(Report):
     """The sweep and choice of a jumping leg; ``study`` holds everything."""
 

@@ -17,7 +17,7 @@ from synth.files.hopper_gap_project import HopperGapProject, read_hopper_gap_pro
 from synth.parts.catalogs import Catalogue
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class JumpGap(Diagnosed):
     """Why a jumping leg jumps differently."""
 
