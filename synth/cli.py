@@ -19,7 +19,7 @@ from typing import NoReturn
 
 from synth import __version__
 from synth.commands import streams
-from synth.commands.arguments import near_miss
+from synth.commands.arguments import empty_arguments, near_miss
 from synth.commands.common_options import WITH_JSON, add_common
 from synth.commands.progress import Progress, printable
 from synth.compiling.modules import is_loaded
@@ -146,6 +146,8 @@ def _run(name: str, rest: list[str], *, quiet: bool) -> int:
         return int(done.code or 0)
     if surplus:
         raise UserError([Problem(f'"{word}" is an unexpected argument (see {parser.prog} --help)') for word in surplus])
+    if empty := empty_arguments(parser, arguments):
+        raise UserError(empty)
     thread_count()  # a wrong number of threads is refused before any work
     as_json = name in WITH_JSON and arguments.json
     with ExitStack() as stack:
