@@ -1,4 +1,4 @@
-"""A result in a notebook's cell: a sentence, the table, a small figure, no script; in a console the first two as text."""
+"""A result in a notebook's cell: a sentence, the table, a small figure, no script; in a console two of them as text."""
 
 from __future__ import annotations
 
