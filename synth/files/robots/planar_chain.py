@@ -61,7 +61,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     base = robot.bodies[joints[0].body].parent
     tilt = _turn(robot.bodies[base].rotation, seen) if base >= 0 else 0.0
     pull = 0.0 - float(robot.gravity @ seen.up)  # not -0.0
-    before, made = tilt, []
+    before, made = tilt, list[Joint]()
     for index, joint in enumerate(joints):
         lumped = _Lumped.of(robot, groups[index], seen)
         if lumped.mass <= NOTHING:
