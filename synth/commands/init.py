@@ -132,7 +132,7 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
     UserError
         If the target is a file, is not empty, is being written by another run, or cannot be written.
     """
-    from synth.files.output import own_place
+    from synth.files.output import own_place, umask
 
     name = str(target)
     try:
@@ -150,11 +150,12 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
         try:
             with terminated_as_exception():
                 made = temporary / "project"
-                # Contents only: an installed package may be read-only, but a project must be editable.
+                # Contents only: an installed package may be read-only and a temporary folder is its maker's alone, but
+                # a project is as other folders of the user.
                 ignore = shutil.ignore_patterns("__pycache__", ".*")
                 shutil.copytree(source, made, ignore=ignore, copy_function=shutil.copyfile)
                 for folder in (made, *(path for path in made.rglob("*") if path.is_dir())):
-                    folder.chmod(folder.stat().st_mode | 0o700)
+                    folder.chmod(0o777 & ~umask())
                 if prepare is not None:
                     prepare(made)
                 _bring(made, whole)

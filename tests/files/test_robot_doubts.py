@@ -138,3 +138,12 @@ def test_init_and_check_tell_an_impossible_link(tmp_path: Path, capsys: pytest.C
     assert json.loads((tmp_path / "checked" / "check.json").read_text())["warnings"] == [said]
     page = (tmp_path / "checked" / "report.html").read_text()
     assert "Check the numbers of the links, then run this again." in page
+
+
+def test_a_project_s_folders_are_as_the_user_s_others(tmp_path: Path) -> None:
+    """That of a robot's leg was closed to all but its maker."""
+    (tmp_path / "plain").mkdir()
+    made = tmp_path / "made"
+    assert main(["init", "gap", str(made), "--from", str(urdf(tmp_path, "", FOOT)), "--chain", "hip,knee", "-q"]) == 0
+    for folder in (made, made / "trials", made / "schemas"):
+        assert folder.stat().st_mode == (tmp_path / "plain").stat().st_mode
