@@ -37,7 +37,9 @@ def checks_opening(result: Result) -> Opening:
         verdict, good = f"{len(failed)} of {len(checks)} checks of the model fail.", False
     else:
         verdict, good = f"The model holds in all {len(checks)} checks.", True
+    doubts = [str(text) for text in sequence(result.content, "warnings")]
     trust = f"{len(left_out)} were not possible: {'; '.join(map(str, left_out))}." if left_out else ""
+    trust = " ".join([trust, *(f"{text}." for text in doubts)]).strip()
     nearest = sorted(checks, key=_share, reverse=True)[:MOST_ROWS]
     rows = [
         [Cell(str(check.get("name")), str(check.get("where"))), Cell(_long(check.get("expected"))),
@@ -47,6 +49,8 @@ def checks_opening(result: Result) -> Opening:
     steps = (
         ["Start with the first failing check: a wrong model fails for a pendulum before it fails for a jump."]
         if failed
+        else ["Check the numbers of the links, then run this again."]
+        if doubts
         else ["Use it. That the model moves as the built leg does is shown by `synth gap` and recordings, not here."]
         if checks
         else ["Complete the leg file: a check needs links with mass, and springs or dampers."]

@@ -1,4 +1,4 @@
-"""A result in a notebook's cell: one sentence, the table, a small figure; no script, no style sheet."""
+"""A result in a notebook's cell: a sentence, the table, a small figure, no script; in a console two of them as text."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from synth.reports.figures.svg import Svg, thin_curve
 WIDTH, HEIGHT = 460.0, 250.0  # view box; a notebook's cell is some 700 pixels wide
 MOST_ROWS = 30
 MOST_POINTS = 400  # of a curve: more than a pixel each
+# Of the text: a console's usual height and width hold it beside what was typed.
+TEXT_ROWS, TEXT_WIDTH, TEXT_CELL, TEXT_HEADLINE = 8, 100, 30, 400
 LETTER = 6.2  # width of one at 11 units
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
@@ -30,6 +32,37 @@ def notebook_html(headline: str, columns: Mapping[str, Sequence[Any]], panel: Ma
     if panel is not None and panel["curves"]:
         parts.append(f'<div style="max-width:{WIDTH:.0f}px">{_figure(panel)}</div>')
     return f"<div>{''.join(parts)}</div>"
+
+
+def notebook_text(headline: str, columns: Mapping[str, Sequence[Any]]) -> str:
+    """The headline and as much of the table as a console's window shows; ``columns`` as of ``notebook_html``."""
+    whole = [
+        [_short(head, TEXT_CELL), *(_short(_cell(cell), TEXT_CELL) for cell in cells[:TEXT_ROWS])]
+        for head, cells in columns.items()
+    ]
+    rows = max(map(len, columns.values()), default=0)
+    shown: list[list[str]] = []
+    used = 0
+    for column in whole if rows else ():
+        width = max(map(len, column))
+        if shown and used + 2 + width > TEXT_WIDTH:
+            break
+        used += width + (2 if shown else 0)
+        shown.append([text.rjust(width) if shown else text.ljust(width) for text in column])
+    lines = ["  ".join(row).rstrip() for row in zip(*shown, strict=True)]
+    more = [
+        f"{count} more {word}"
+        for count, word in ((rows - TEXT_ROWS, "rows"), (len(whole) - len(shown), "columns"))
+        if count > 0 and rows
+    ]
+    rest = [f"and {' and '.join(more)}: to_frame()"] if more else []
+    return "\n".join([_short(headline, TEXT_HEADLINE), *lines, *rest])
+
+
+def _short(text: str, most: int) -> str:
+    """One line of at most so many characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= most else f"{line[: most - 1]}…"
 
 
 def _table(columns: Mapping[str, Sequence[Any]]) -> str:

@@ -1,7 +1,7 @@
 """The command line: find the command, parse its arguments, run it, print error messages.
 
 Exit status: 0 success, 1 no part or design meets the request, 2 a mistake in the input, 70 an internal error (with a
-traceback), 130 interrupted, 141 the reader of the output has gone.
+traceback), 74 standard output could not be written, 130 interrupted, 141 the reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import NoReturn
 
 from synth import __version__
 from synth.commands import streams
-from synth.commands.arguments import near_miss
+from synth.commands.arguments import empty_arguments, near_miss
 from synth.commands.common_options import WITH_JSON, add_common
 from synth.commands.progress import Progress, printable
 from synth.compiling.modules import is_loaded
@@ -44,7 +44,7 @@ COMMANDS = {
 }
 MODULES = {"import": "motion_import"}  # commands whose name cannot be a module name
 TOP_OPTIONS = ("--help", "--version", "--quiet")
-CANNOT_BE_HAD, MISTAKE, BUG = 1, 2, 70  # exit statuses; 70 is EX_SOFTWARE of sysexits.h
+CANNOT_BE_HAD, MISTAKE, BUG, OUTPUT_LOST = 1, 2, 70, 74  # exit statuses; EX_SOFTWARE and EX_IOERR of sysexits.h
 INTERRUPTED, READER_GONE = 130, 141  # as shells report a process that SIGINT or SIGPIPE ended: 128 and its number
 
 
@@ -78,7 +78,10 @@ def _ended(argv: Sequence[str] | None) -> int:
         status = _dispatch(list(sys.argv[1:] if argv is None else argv))
         lost = streams.lost()
         if lost is not None:
-            raise UserError(Problem(f"cannot be written: {lost}; the command itself is complete", "standard output"))
+            streams.write_message(
+                f"synth: standard output: cannot be written: {lost}; the command itself is complete\n"
+            )
+            return OUTPUT_LOST
         if argv is None:
             gc.freeze()  # the process ends: skip a last collection, a tenth of a second
         return status
@@ -146,6 +149,8 @@ def _run(name: str, rest: list[str], *, quiet: bool) -> int:
         return int(done.code or 0)
     if surplus:
         raise UserError([Problem(f'"{word}" is an unexpected argument (see {parser.prog} --help)') for word in surplus])
+    if empty := empty_arguments(parser, arguments):
+        raise UserError(empty)
     thread_count()  # a wrong number of threads is refused before any work
     as_json = name in WITH_JSON and arguments.json
     with ExitStack() as stack:

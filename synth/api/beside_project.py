@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import fields
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,19 @@ def recordings_of(trials: object, function: str) -> tuple[Trial, ...]:
     return found
 
 
+def require_path(path: object, example: str) -> None:
+    """Refuse what is no file's name; ``example`` : the call with one, without ``synth.``.
+
+    Raises
+    ------
+    UserError
+    """
+    if not isinstance(path, str | PathLike):
+        raise UserError(f"{path!r:.80} is no file's name: synth.{example}")
+    if not str(path).strip():
+        raise UserError(f"the file's name is empty: synth.{example}")
+
+
 def require_project(what: object, function: str) -> None:
     """Refuse what is neither a project's file nor a leg.
 
@@ -57,6 +71,7 @@ def require_project(what: object, function: str) -> None:
     if not isinstance(what, (str, Path)):
         text = f"{what!r:.80} is neither a project's file nor a leg: synth.{function}('project.yaml'), or "
         raise UserError(f"{text}synth.{function}(leg, trials)")
+    require_path(what, f"{function}('project.yaml')")
 
 
 def require_fields(given: Mapping[str, object], of: type[Any], path: Path, key: str) -> None:

@@ -21,7 +21,7 @@ from synth.parts.resolver import resolver
 from synth.swing.leg_model import Leg
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Compared(Report):
     """Compared sides; ``result`` holds everything, see ``Comparison``."""
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.api.beside_project import require_path
 from synth.api.design_input import read_design
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.design.leg_design import LegDesign, design_leg
@@ -29,7 +30,7 @@ from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Design(Report):
     """A designed leg; ``design`` holds everything, see ``LegDesign``. ``solids`` : whether its joints are drawn."""
 
@@ -200,6 +201,8 @@ def design(
     """
     from synth.design.solid_files import on_bed
 
+    if not isinstance(what, LegProject):
+        require_path(what, 'design("leg-design.yaml")')
     project = what if isinstance(what, LegProject) else read_design(what)[0]
     catalogue = catalogue or Catalogue.load(project.catalogs)
     cache = cache or StageCache(on=False)

@@ -57,7 +57,7 @@ class FitSettings:
     prior: RatePrior | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fit(Report):
     """A fitted leg.
 

@@ -35,7 +35,7 @@ from synth.swing.effects.users_own import load_file
 from synth.swing.leg_model import Leg
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Gap(Diagnosed):
     """Why a swinging leg moves differently.
 

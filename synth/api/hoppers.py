@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from synth.api.beside_project import require_path
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.files.hopper_project import HopperProject
 from synth.files.hopper_project import read_hopper_project as _read_hopper_project
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 Chunks = Callable[[int, int], None]  # finished chunks, total
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hopper(Report):
     """The sweep and choice of a jumping leg; ``study`` holds everything."""
 
@@ -146,6 +147,8 @@ def hopper(
     UserError
         If the project cannot be used. A sweep without any jumping design is a valid result.
     """
+    if not isinstance(what, HopperProject):
+        require_path(what, 'hopper("hopper.yaml")')
     project = what if isinstance(what, HopperProject) else _read_hopper_project(what)
     with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
         compiled_jump(project.leg.bending)

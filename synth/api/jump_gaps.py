@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.api.beside_project import require_path
 from synth.api.diagnosed import Diagnosed
 from synth.api.report import Panel, Stage, silent, stage_by_stage
 from synth.diagnosis.diagnosis_result import Diagnosis
@@ -17,7 +18,7 @@ from synth.files.hopper_gap_project import HopperGapProject, read_hopper_gap_pro
 from synth.parts.catalogs import Catalogue
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class JumpGap(Diagnosed):
     """Why a jumping leg jumps differently."""
 
@@ -61,6 +62,8 @@ def jump_gap(
     what: str | Path | HopperGapProject, catalogue: Catalogue | None = None, *, stage: Stage = silent
 ) -> JumpGap:
     """Find why a built leg jumps differently from its design, from a project file or a read project."""
+    if not isinstance(what, HopperGapProject):
+        require_path(what, 'jump_gap("gap.yaml")')
     project = what if isinstance(what, HopperGapProject) else read_hopper_gap_project(what)
     with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
         from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose as diagnose_jumps

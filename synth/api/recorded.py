@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from glob import escape
 from pathlib import Path
 from typing import Any
 
+from synth.api.beside_project import require_path
 from synth.api.report import IN_CODE
 from synth.errors import UserError
 from synth.files.leg_file import read_leg as _read_leg
@@ -42,6 +43,7 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
     UserError
         With every mistake of the file.
     """
+    require_path(path, 'read_leg("robot.leg.yaml")')
     catalogue = Catalogue.load([Path(name) for name in catalogs]) if catalogs else None
     return _read_leg(path, resolve_part=resolver(catalogue))
 
@@ -55,6 +57,7 @@ def write_leg(leg: Leg, path: str | Path) -> None:
         With every mistake of a leg that ``read_leg`` would refuse; nothing is written then.
     """
     check_leg(leg, in_code(IN_CODE))
+    require_path(path, 'write_leg(leg, "robot.leg.yaml")')
     _write_leg(leg, path)
 
 
@@ -84,6 +87,8 @@ def read_trials(
         whole = Path(folder or ".") / files
         where = _fixed_folder(whole)
         return tuple(_read_trials([whole.relative_to(where).as_posix()], where, leg))
+    if not isinstance(files, Iterable):
+        raise UserError(f'{files!r:.80} is no list of recordings: synth.read_trials(["trials/*.csv"], leg)')
     entries = [files] if isinstance(files, str) else list(files)
     if not entries:
         raise UserError('name a recording: read_trials(["trials/*.csv"], leg)')

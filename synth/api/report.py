@@ -54,7 +54,7 @@ class Panel:
 class Report(ABC):
     """A result with a table, a figure and files.
 
-    Subclasses define ``headline``, ``columns``, ``panels`` and ``write``.
+    Subclasses define ``headline``, ``columns``, ``panels`` and ``write``, and are dataclasses with ``repr=False``.
     """
 
     @property
@@ -134,6 +134,12 @@ class Report(ABC):
         with output_folder(folder) as made:
             self.write(made)
         return Path(folder)
+
+    def __repr__(self) -> str:
+        """Class, headline and a short table: a dataclass's would list every sample."""
+        from synth.reports.notebook import notebook_text
+
+        return notebook_text(f"{type(self).__name__}: {self.headline}", self.columns())
 
     def _repr_html_(self) -> str:
         """Headline, table and a small figure for notebooks."""

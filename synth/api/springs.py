@@ -22,7 +22,7 @@ from synth.spring.spring_result import SpringDesign
 from synth.units import quantity
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SpringAnswer(Report):
     """The designed spring, or the nearest ones that can be made.
 

@@ -48,6 +48,23 @@ def count(text: str) -> int:
     raise argparse.ArgumentTypeError(f'"{text}" is not a whole number of at least 1')
 
 
+def empty_arguments(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> list[Problem]:
+    """A problem for each argument whose value is an empty text, as of a shell's variable that is not set.
+
+    As a path it would be the current folder, or pass for an option that was not given.
+    """
+    found = []
+    for action in parser._actions:
+        given = getattr(arguments, action.dest, None)
+        values = given if isinstance(given, list) else [given]
+        if any(isinstance(value, str) and not value.strip() for value in values):
+            metavar = str(action.metavar or action.dest)
+            key = action.option_strings[-1] if action.option_strings else metavar
+            how = f"write {key} {metavar}" if action.option_strings else "name one"
+            found.append(Problem(f"is empty; {'name a folder to make' if metavar == 'DIR' else how}", key=key))
+    return found
+
+
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 

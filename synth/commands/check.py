@@ -5,7 +5,8 @@ expected value, the model's value and the allowed difference. For a swinging leg
 oscillator with the others locked, the equilibrium pose, energy, and the same release in MuJoCo if installed. For a
 jumping leg: free fall, the pogo stick, statics in the crouch, energy of a drop, the planar form, and MuJoCo's drop and
 jump. For a designed leg: every predicted release, simulated in MuJoCo with the exported model, which includes the
-parts' drawn inertias, dry friction and stops; the largest allowed difference is 0.3 deg at any instant.
+parts' drawn inertias, dry friction and stops; the largest allowed difference is 0.3 deg at any instant. The model of an
+impossible leg holds too: notes name masses, lengths and inertias of links that no limb has.
 
 Exit status 1 if a check fails.
 """
@@ -49,6 +50,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         progress.result(check_text(document))
     for sentence in found.left_out:
         progress.say(f"not checked: {sentence}")
+    for sentence in found.doubts:
+        progress.say(f"note: {sentence}")
     if arguments.out is not None:
         progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 1 if found.failed else 0
@@ -91,6 +94,7 @@ def _leg(file: str, progress: Progress) -> ModelChecks:
     from synth.files.leg_file import read_leg
     from synth.files.output import sha256_file
     from synth.files.paths import name_from
+    from synth.fit.leg_plausibility import leg_doubts
     from synth.model_checks.checked import ModelChecks
     from synth.model_checks.other_engine import same_release
     from synth.model_checks.swinging import swinging_checks
@@ -105,7 +109,7 @@ def _leg(file: str, progress: Progress) -> ModelChecks:
     with progress.stage("the same release by another engine"):
         more, missing = same_release(leg)
     inputs = tuple((name_from(Path(file).parent, each), sha256_file(each)) for each in named)
-    return ModelChecks(leg.name, "leg", (*checks, *more), (*left_out, *missing), inputs)
+    return ModelChecks(leg.name, "leg", (*checks, *more), (*left_out, *missing), inputs, leg_doubts(leg))
 
 
 def _hopper(file: str, progress: Progress) -> ModelChecks:

@@ -77,6 +77,7 @@ def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress)
 
     from synth.commands.arguments import Quantities
     from synth.files.robots.robot_project import PROJECT_NAMES, robot_leg, write_robot_project
+    from synth.fit.leg_plausibility import leg_doubts
 
     quantities = Quantities(arguments)
     tip = quantities.read("--tip", "m")
@@ -89,14 +90,16 @@ def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress)
         quantities.problems.append(Problem(text, key="--chain"))
     quantities.require()
     picked = robot_leg(arguments.robot, names, arguments.plane, tip)
+    doubts = leg_doubts(picked.leg)
     with TemporaryDirectory(prefix="synth-init-") as made:
-        write_robot_project(arguments.kind, picked, Path(arguments.robot).name, Path(made))
+        write_robot_project(arguments.kind, picked, Path(arguments.robot).name, Path(made), doubts)
         copy_example(Path(made), target, prepare=with_schemas)
-    for text in picked.messages:
+    notes = [*picked.messages, *doubts]
+    for text in notes:
         progress.say(f"note: {text}")
     progress.say(f"{target} holds the leg; {target / 'README.md'} describes the recordings to add. Then:")
     project = target / f"{PROJECT_NAMES[arguments.kind]}.yaml"
-    _tell(progress, target, project, arguments.kind, picked.messages)
+    _tell(progress, target, project, arguments.kind, notes)
     return 0
 
 
@@ -129,7 +132,7 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
     UserError
         If the target is a file, is not empty, is being written by another run, or cannot be written.
     """
-    from synth.files.output import own_place
+    from synth.files.output import own_place, umask
 
     name = str(target)
     try:
@@ -147,11 +150,12 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
         try:
             with terminated_as_exception():
                 made = temporary / "project"
-                # Contents only: an installed package may be read-only, but a project must be editable.
+                # Contents only: an installed package may be read-only and a temporary folder is its maker's alone, but
+                # a project is as other folders of the user.
                 ignore = shutil.ignore_patterns("__pycache__", ".*")
                 shutil.copytree(source, made, ignore=ignore, copy_function=shutil.copyfile)
                 for folder in (made, *(path for path in made.rglob("*") if path.is_dir())):
-                    folder.chmod(folder.stat().st_mode | 0o700)
+                    folder.chmod(0o777 & ~umask())
                 if prepare is not None:
                     prepare(made)
                 _bring(made, whole)

@@ -53,10 +53,13 @@ def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]
     Raises
     ------
     UserError
-        If the target holds anything else, is a file or the current folder, or its parent cannot be written.
+        If the target has no name, holds anything else, is a file or the current folder, or its parent cannot be
+        written.
     """
-    target = Path(os.path.realpath(path))
     name = str(path)
+    if not name.strip():  # the real path of that would be the current folder
+        raise UserError("the name of the folder to write is empty; name a folder to make")
+    target = Path(os.path.realpath(path))
     made: list[Path] = []
     try:
         with disk_errors_as(name):

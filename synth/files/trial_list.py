@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import radians
+from math import degrees, radians
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +18,7 @@ from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
 from synth.files.recordings_together import check_together
+from synth.files.sample_sizes import sizes_of
 from synth.files.turns import TURN, turns_back, turns_together, usual_angle
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
@@ -27,7 +28,7 @@ OWN_LEG = "a trial with its own leg is supported by synth gap only"
 TRIAL_LIMIT = 5_000  # of a project: five times the largest of ``make scale``
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trial:
     """One recording of the leg in motion, in SI and measured angles.
 
@@ -89,6 +90,18 @@ class Trial:
     unusual: tuple[float, ...] = ()
     by_current: tuple[str, ...] = ()
     turned: tuple[int, ...] = ()
+
+    def __repr__(self) -> str:
+        """Name, size and conditions; the samples are in ``time`` and ``angles``."""
+        return f"Trial({', '.join([repr(self.name), *sizes_of(self.time, self.angles), *self._conditions()])})"
+
+    def _conditions(self) -> list[str]:
+        """What differs from a free swing of the project's leg, in words."""
+        said = [name for name in ("velocities", "torques", "signals") if getattr(self, name) is not None]
+        said += [f"{' and '.join(self.locked)} locked"] if self.locked else []
+        said += [f"tip mass {self.tip_mass:g} kg"] if self.tip_mass else []
+        said += [f"tilt {degrees(self.tilt):.4g} deg"] if self.tilt else []
+        return said + ["held out"] * self.held_out + ["its own leg"] * (self.leg is not None)
 
 
 class TipMass(FileModel):

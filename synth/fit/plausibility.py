@@ -20,14 +20,14 @@ from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.free_motion_start import recordings_from
 from synth.fit.least_squares import FitStart
+from synth.fit.leg_plausibility import leg_doubts
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.uncertainty import root_mean_square, sample_scatter
-from synth.remarks import at_joint, decisive
+from synth.remarks import decisive
 from synth.swing.leg_model import Joint, Leg
 
-MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's foot
 SLOWEST, FASTEST = 0.01, 300.0  # of the pendulum frequency sqrt(g/L): a rat's and a robot dog's legs swing at 3
 POOR_SHARE = 0.12  # of a joint's RMS deviation from its rest: larger than the residual of a correct leg
 SCATTER_ALONE = 5.0  # times the samples' scatter, below which nothing remains to explain
@@ -47,36 +47,6 @@ def doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> tupl
     """All warnings about a fit's input."""
     messages = [*leg_doubts(leg), *recording_doubts(leg, recordings), *convention_doubts(leg, recordings, result)]
     return tuple(messages)
-
-
-def leg_doubts(leg: Leg) -> list[str]:
-    """Sentences on links that are impossible for a rigid body or a limb."""
-    messages: list[str] = []
-    for joint in leg.joints:
-        link, name = joint.link, joint.name
-        reach = max(link.length, 2.0 * abs(link.com))
-        if link.inertia > link.mass * reach**2:
-            times = link.inertia / (link.mass * reach**2)
-            text = (
-                f"the link's inertia is {times:.2g} times its mass by its length squared, more than any "
-                "distribution of that mass along it has; check the units of inertia, mass and length"
-            )
-            messages.append(at_joint(name, text, "decide"))
-        if not 0.0 <= link.com <= link.length:
-            text = (
-                f"the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
-                f"{1e3 * link.length:.4g} mm; correct only with a counterweight"
-            )
-            messages.append(at_joint(name, text))
-    ranked = sorted(leg.joints, key=lambda joint: joint.link.mass)
-    light, heavy = ranked[0], ranked[-1]
-    if heavy.link.mass > MASS_RATIO * light.link.mass:
-        text = (
-            f"{heavy.name} and {light.name}: link masses of {heavy.link.mass:.3g} and {light.link.mass:.3g} kg, more "
-            f"than {MASS_RATIO:.0f} to one; check their units (g, kg)"
-        )
-        messages.append(decisive(text))
-    return messages
 
 
 def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import synth
+from synth.remarks import remarks_json
 from synth.units import quantity
 
 FORMAT = "synth/check/1"
@@ -46,13 +47,17 @@ class ModelCheck:
 
 @dataclass(frozen=True)
 class ModelChecks:
-    """All checks of one file; ``left_out``: one sentence for each check that was not possible."""
+    """All checks of one file; ``left_out``: one sentence for each check that was not possible.
+
+    ``doubts``: sentences on links that no limb has, which no check tests: the model of an impossible leg holds too.
+    """
 
     name: str
     kind: str  # leg or hopper
     checks: tuple[ModelCheck, ...]
     left_out: tuple[str, ...]
     inputs: Sequence[tuple[str, str]] = ()
+    doubts: Sequence[str] = ()
 
     @property
     def failed(self) -> list[ModelCheck]:
@@ -68,6 +73,7 @@ class ModelChecks:
             "passed": not self.failed,
             "checks": [check.as_json() for check in self.checks],
             "left_out": list(self.left_out),
+            **remarks_json(self.doubts),
             "inputs": dict(self.inputs),
             "versions": {"synth": synth.__version__},
         }

@@ -27,7 +27,7 @@ def catalog_folder() -> Path:
     return Path(__file__).resolve().parents[1] / "_catalogs"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Catalogue:
     """All rows with their status."""
 
@@ -37,6 +37,10 @@ class Catalogue:
     materials: tuple[MaterialRow, ...]
     curves: tuple[CurvePointRow, ...]
     motors: tuple[GearMotorRow, ...] = ()
+
+    def __repr__(self) -> str:
+        """The number of rows of each family."""
+        return f"Catalogue({', '.join(f'{len(rows)} {family}' for family, rows in vars(self).items())})"
 
     @classmethod
     def load(cls, extra: Sequence[Path] = ()) -> Catalogue:

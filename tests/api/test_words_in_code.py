@@ -205,3 +205,18 @@ def test_rate_and_travel_in_code_are_in_the_ranges_of_the_command() -> None:
     assert (
         "over 2292 deg" in synth.spring(RATE, 40).headline
     )  # possible for a long coil of thin wire, not for this rate
+
+
+@pytest.mark.parametrize("given", [3, None, ["a.yaml"], ""])
+def test_what_is_no_file_s_name_is_told(given: Any, leg: synth.Leg) -> None:
+    """A bare TypeError of pathlib, which names neither function nor argument; an empty name was the current folder."""
+    calls = synth.read_leg, synth.design, synth.hopper, synth.jump_gap, synth.gap, synth.fit
+    for call in (*calls, lambda path: synth.write_leg(leg, path)):
+        with pytest.raises(synth.UserError, match=r"no file's name|neither a project's file|the file's name is empty"):
+            call(given)
+
+
+@pytest.mark.parametrize("given", [3, None])
+def test_what_is_no_list_of_recordings_is_told(given: Any, leg: synth.Leg) -> None:
+    with pytest.raises(synth.UserError, match=r"is no list of recordings: synth\.read_trials"):
+        synth.read_trials(given, leg)

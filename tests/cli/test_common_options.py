@@ -287,3 +287,50 @@ def test_a_help_describes_only_words_that_its_option_takes() -> None:
             assert set(named) <= set(words), (command, action.option_strings, named)
             described += bool(named)
     assert described >= 3
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["fit", str(FIT / "fit.yaml"), "--out", ""], ["--out: is empty; name a folder to make"]),
+        (
+            ["fit", "", "--out", "", "--log", " "],
+            ["FILE: is empty; name one", "--out: is", "--log: is empty; write --log"],
+        ),
+        ([*SPRING, "--out", ""], ["--out: is empty; name a folder to make"]),
+        ([*SPRING, "--json", ""], ["--json: is empty; write --json FILE"]),
+        ([*SPRING, "--catalog", ""], ["--catalog: is empty; write --catalog FILE"]),
+        (["check", ""], ["FILE: is empty; name one"]),
+        (
+            ["init", "gap", "", "--from", "", "--chain", ""],
+            ["DIR: is empty; name a", "--from: is empty", "--chain: is"],
+        ),
+        (["compare", "", "--out", "x"], ["SOURCE: is empty; name one"]),
+        (["catalog", "check", ""], ["NAME: is empty; name one"]),
+        (["import", "", "--out", "x", "--leg", ""], ["FILE: is empty; name one", "--leg: is empty; write --leg LEG"]),
+    ],
+)
+def test_an_empty_argument_is_named(
+    words: list[str],
+    said: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """As of a shell's variable that is not set.
+
+    It stood for the current folder, without its option's name, or was passed over: a spring's files were not written.
+    """
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.startswith(f"synth: {text}") for line, text in zip(lines, said, strict=True)] == [True] * len(said)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["", " "])
+def test_a_folder_without_a_name_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = "the name of the folder to write is empty; name a folder to make"
+    with pytest.raises(UserError, match=said), output_folder(name):
+        pass

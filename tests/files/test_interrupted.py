@@ -301,7 +301,7 @@ def test_no_cell_of_any_table_is_a_formula(tmp_path: Path) -> None:
 
 
 STREAMS = {
-    "full": (">/dev/full", 2),
+    "full": (">/dev/full", 74),
     "closed": (">&-", 0),
     "errors full": ("2>/dev/full", 0),
     "all closed": (">&- 2>&- <&-", 0),

@@ -20,12 +20,12 @@ from synth.files.leg_file import read_leg, write_leg
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
+from synth.fit.leg_plausibility import leg_doubts
 from synth.fit.plausibility import (
     _in_convention,
     _residual_left,
     convention_doubts,
     doubts,
-    leg_doubts,
     recording_doubts,
 )
 from synth.fit.recordings import Recording, recordings
@@ -68,6 +68,10 @@ def test_impossible_link_inertia_and_com_are_named() -> None:
     assert "outside the link's" in outside
     (unlike,) = leg_doubts(with_link(leg, 2, mass=1e-4 * leg.joints[0].link.mass, inertia=1e-9))
     assert unlike.startswith("hip and ankle: link masses of")
+    shank = leg.joints[2].link
+    (long,) = leg_doubts(with_link(leg, 2, length=1e3 * shank.length, com=1e3 * shank.com))
+    assert long.startswith("ankle and hip: link lengths of") or long.startswith("ankle and knee: link lengths of")
+    assert long.endswith("mm, more than 300 to one; check their units (mm, m)")
 
 
 def test_an_inertia_in_other_units_is_refused_with_its_line(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.robot_bodies import tip_names
+from synth.files.robots.inertia_doubts import inertia_messages
 from synth.files.robots.last_link import last_link
 from synth.files.robots.leg_plane import LegPlane, plane_of_leg
 from synth.files.robots.mjcf_dampers import curve_of
@@ -60,7 +61,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     base = robot.bodies[joints[0].body].parent
     tilt = _turn(robot.bodies[base].rotation, seen) if base >= 0 else 0.0
     pull = 0.0 - float(robot.gravity @ seen.up)  # not -0.0
-    before, made = tilt, []
+    before, made = tilt, list[Joint]()
     for index, joint in enumerate(joints):
         lumped = _Lumped.of(robot, groups[index], seen)
         if lumped.mass <= NOTHING:
@@ -77,12 +78,14 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 along = seen.flat(marked) - anchors[index]
                 length = float(np.hypot(*along))
             else:
-                along, length = last_link(robot, groups[index], anchors[index], lumped.com, seen, tip, messages)
+                size = max(sum(joint.link.length for joint in made), lumped.gyration(anchors[index]))
+                of_last = (robot, groups[index], anchors[index], lumped.com, seen)
+                along, length = last_link(*of_last, size, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
         made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), pull, messages))
         before = direction
     gravity = pull * felt_share(robot, groups, messages)
-    messages += contact_messages(robot, groups)
+    messages += inertia_messages(robot, groups) + contact_messages(robot, groups)
     name = robot.name if robot.name else "robot"
     return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(messages)))
 
@@ -166,6 +169,10 @@ class _Lumped:
     mass: float
     com: Array
     inertia: float
+
+    def gyration(self, anchor: Array) -> float:
+        """Radius of gyration about a point (2,), m: no body is smaller than that."""
+        return float(np.sqrt(max(self.inertia, 0.0) / self.mass + ((self.com - anchor) ** 2).sum()))
 
     @classmethod
     def of(cls, robot: Robot, bodies: Sequence[int], seen: LegPlane) -> _Lumped:

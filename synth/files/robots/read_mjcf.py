@@ -142,7 +142,10 @@ def _shape(mujoco: Any, model: Any, data: Any, geom: int) -> RobotShape:
         found = of_points(np.array(model.mesh_vert[first : first + count], float))
     else:
         found = unread(f"a geom of the kind {names(kind).name.removeprefix('mjGEOM_').lower()}")
-    return found.moved(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3))
+    title = names(kind).name.removeprefix("mjGEOM_").lower()
+    if kind == names.mjGEOM_MESH:
+        title = f"mesh {_name(mujoco, model, 'mjOBJ_MESH', mesh)}"
+    return replace(found.moved(data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)), title=title)
 
 
 def _joint(model: Any, data: Any, index: int, held: HeldByTendons, actuators: UndrivenActuators) -> RobotJoint:

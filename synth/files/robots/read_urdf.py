@@ -1,4 +1,4 @@
-"""URDF, read with the standard library: links, joints, dynamics, limits. Shapes only give a limb's end."""
+"""URDF, read with the standard library: links, joints, dynamics, limits, Gazebo's springs. Shapes give a limb's end."""
 
 from __future__ import annotations
 
@@ -13,6 +13,15 @@ from scipy.spatial.transform import Rotation
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.files.robots.gazebo_extensions import (
+    REFERENCE,
+    STIFFNESS,
+    gazebo_words,
+    omitted_dynamics,
+    omitted_of_joint,
+    omitted_of_links,
+    spring_words,
+)
 from synth.files.robots.mesh_points import mesh_points
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, MimickedJoint, Robot, RobotBody, RobotJoint, doubtful_limits
@@ -40,7 +49,8 @@ def read_urdf(path: Path) -> Robot:
         With every mistake found in the file.
     """
     root = _root(path)
-    reader = _UrdfReader(path)
+    gazebo = gazebo_words(root)
+    reader = _UrdfReader(path, gazebo)
     links = reader.named(root.findall("link"))  # not those of simulators' extensions, deeper in the file
     joints = [item for item in root.findall("joint") if item.find("parent") is not None]
     reader.named(joints)
@@ -65,7 +75,9 @@ def read_urdf(path: Path) -> Robot:
     reader.finish()
     transmissions = len(root.findall("transmission"))
     left_out = (f"{transmissions} transmission{'s' if transmissions > 1 else ''} left out",) if transmissions else ()
-    messages = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
+    left_out = (*left_out, *omitted_of_links(gazebo, links))
+    springs = spring_words(gazebo, [joint.name for joint in found])
+    messages = (f"{springs}, and gravity is taken as 9.81 m/s^2 downward",)
     roots = [body.name for body in bodies if body.parent < 0]
     if len(roots) > 1:
         text = f"{', '.join(roots)} hang by no joint: what is not below one of the chain's joints is not in the leg"
@@ -128,8 +140,8 @@ class _Followed:
 class _UrdfReader:
     """Reads elements and collects all mistakes."""
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.problems = path, list[Problem]()
+    def __init__(self, path: Path, gazebo: Mapping[str, Element]) -> None:
+        self.path, self.gazebo, self.problems = path, gazebo, list[Problem]()
         self.meshes: dict[str, Array | str] = {}  # points, or why there are none
 
     def refuse(self, text: str, key: str) -> None:
@@ -260,7 +272,8 @@ class _UrdfReader:
             found = self.mesh(item.get("filename", ""), self.numbers(item, "scale", "1 1 1", key))
         else:
             found = unread(f"a <{kind}>" if kind else "a shape without a geometry")
-        return found.moved(*self.origin(owner))
+        title = f"mesh {item.get('filename', '')}" if kind == "mesh" and item is not None else kind
+        return replace(found.moved(*self.origin(owner)), title=title)
 
     def mesh(self, name: str, scale: Array) -> RobotShape:
         """A mesh's shape; of one that cannot be read only the centre is known."""
@@ -291,14 +304,21 @@ class _UrdfReader:
         damping, friction = (self.number(dynamics, item, key) for item in ("damping", "friction"))
         if damping < 0.0 or friction < 0.0:
             self.refuse(f"has the damping {damping:g} and the friction {friction:g}; neither may be negative", key)
+        words = self.gazebo.get(name)
+        stiffness, rest = self.number(words, STIFFNESS, key), self.number(words, REFERENCE, key)
+        if stiffness < 0.0:
+            self.refuse(f"has the {STIFFNESS} {stiffness:g}; it may not be negative", key)
+        doubts = doubtful_limits(span, self.path.name) if kind == "hinge" else ()
         return RobotJoint(
             name,
             body,
             kind or "fixed",
             turn @ axis / (length or 1.0),
             place,
+            stiffness=stiffness,
+            rest=rest,
             damping=damping,
             friction=friction,
             range=span,
-            left_out=doubtful_limits(span, self.path.name) if kind == "hinge" else (),
+            left_out=(*doubts, *omitted_dynamics(dynamics), *omitted_of_joint(words)),
         )

@@ -51,8 +51,10 @@ def robot_leg(path: str | Path, chain: Sequence[str], plane: str | None = None, 
         raise UserError([Problem(item.text, item.file or str(path), key=item.key) for item in error.problems]) from None
 
 
-def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path) -> None:
+def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path, doubts: Sequence[str] = ()) -> None:
     """The leg, a project of that kind, and a README on missing recordings and omitted features.
+
+    ``doubts`` : sentences on numbers of the leg to check.
 
     Raises
     ------
@@ -76,6 +78,7 @@ def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path)
     header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
     write_text(place(folder, f"{PROJECT_NAMES[kind]}.yaml"), _PROJECTS[kind](picked.leg, source))
     lost = "".join(f"- {text}\n" for text in picked.messages) or "- nothing\n"
+    check = "\n## To check\n\n" + "".join(f"- {text}\n" for text in doubts) if doubts else ""
     write_text(
         folder / "README.md",
         f"# {picked.leg.name}\n\n"
@@ -83,7 +86,7 @@ def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path)
         "are that\nrobot's joint readings.\n\n"
         f"## To add\n\n{_RECORDINGS[kind]}, a CSV each with the header\n\n    {header}\n\n"
         f"(or `[deg]`). {_TO_ADD[kind]}Then\n\n    synth {kind} {PROJECT_NAMES[kind]}.yaml --out result\n\n"
-        f"## What the leg does not hold\n\n{lost}",
+        f"## What the leg does not hold\n\n{lost}{check}",
     )
 
 

@@ -17,13 +17,15 @@ class RobotShape:
     """The hull of equal ellipsoids about its ``corners``, in the world, SI.
 
     ``line`` (k, 3): where its axis ends, or its centre. ``corners`` (m, 3). ``half_axes`` (3, 3): those of the
-    ellipsoid as rows, 0 for sharp corners. ``unread`` : why only its centre is known, empty if it is known.
+    ellipsoid as rows, 0 for sharp corners. ``unread`` : why only its centre is known, empty if it is known. ``title`` :
+    what it is in the file, ``mesh shank.stl``.
     """
 
     line: Array
     corners: Array
     half_axes: Array = field(default_factory=lambda: np.zeros((3, 3)))
     unread: str = ""
+    title: str = "shape"
 
     def reach(self, from_: Array, way: Array) -> float:
         """Largest distance of its surface from a point (3,) along a unit vector (3,), m.
@@ -36,7 +38,7 @@ class RobotShape:
     def moved(self, place: Array, turn: Array) -> RobotShape:
         """The shape in the world, from that in a frame at ``place`` (3,) with the rotation ``turn`` (3, 3)."""
         line, corners = (place + points @ turn.T for points in (self.line, self.corners))
-        return RobotShape(line, corners, self.half_axes @ turn.T, self.unread)
+        return RobotShape(line, corners, self.half_axes @ turn.T, self.unread, self.title)
 
 
 def capsule(half_length: float) -> RobotShape:
