@@ -15,7 +15,6 @@ from synth.cad.dimensions import (
     LegDimensions,
     SpringDimensions,
     arm_offset,
-    included_angle_of,
 )
 from synth.cad.fittings import (
     AdapterDimensions,
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from synth.cad.export import ExportedFile, PreviewError, draw_leg, export_leg
     from synth.cad.failures import draw_failures
     from synth.cad.leg_joints import BuiltLeg, build_leg
-    from synth.cad.printing import PrintPlan, plan_leg
+    from synth.cad.printing import PrintPlan
     from synth.cad.sizing import SIZED, sized
 
 # Loaded on first use: these modules need numpy and, when called, cadquery.
@@ -53,7 +52,6 @@ _LATER = {
     "draw_failures": "synth.cad.failures",
     "draw_leg": "synth.cad.export",
     "export_leg": "synth.cad.export",
-    "plan_leg": "synth.cad.printing",
 }
 
 __all__ = [
@@ -83,8 +81,6 @@ __all__ = [
     "draw_failures",
     "draw_leg",
     "export_leg",
-    "included_angle_of",
-    "plan_leg",
     "sized",
 ]
 

@@ -12,7 +12,7 @@ from dataclasses import MISSING, dataclass, field
 
 from synth.cad.fittings import DamperDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
 from synth.cad.hardware import ShaftParts, shaft_parts, shaft_sizes
-from synth.cad.limits import DimensionError, DimensionProblem, dimension, range_problems
+from synth.cad.limits import DimensionProblem, dimension, range_problems
 
 STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's tilt in its bearings are off by about one
 LEAST_STOP = 0.5  # deg past the wanted travel: the accuracy of a stop
@@ -118,11 +118,6 @@ def coil_fraction(included_angle: float) -> float:
     the angle between them: ``included = 180 - 360 * fraction`` (modulo 360).
     """
     return ((180.0 - included_angle) / 360.0) % 1.0
-
-
-def included_angle_of(coils: float) -> float:
-    """Included angle, deg in [0, 360), of two tangent arms on ``coils`` turns."""
-    return (180.0 - 360.0 * (coils % 1.0)) % 360.0
 
 
 @dataclass(frozen=True)
@@ -331,10 +326,3 @@ def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float 
     ``free_angle + included_angle - upper_arm_angle``.
     """
     return free_angle + closes * included_angle - upper_arm_angle
-
-
-def check(dimensions: SpringDimensions | DamperDimensions | JointDimensions | LegDimensions) -> None:
-    """Raise :class:`DimensionError` with every dimension out of range."""
-    found = dimensions.problems()
-    if found:
-        raise DimensionError(found)

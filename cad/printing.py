@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from synth.cad.fittings import PrintDimensions
 from synth.cad.joint import BuiltJoint
-from synth.cad.leg_joints import BuiltLeg
 from synth.cad.parts import BuiltPart, Mesh
 from synth.cad.results import CheckResult, check_at_least, check_at_most
 from synth.cad.strength import Axis, check_strength
@@ -162,11 +161,6 @@ def best_of(plans: Sequence[PrintPlan]) -> PrintPlan:
 def plan_joint(joint: BuiltJoint, printing: PrintDimensions) -> tuple[PrintPlan, ...]:
     """The plan of every printed part."""
     return tuple(plan_part(joint, part, printing) for part in joint.parts if part.printed)
-
-
-def plan_leg(leg: BuiltLeg) -> tuple[PrintPlan, ...]:
-    """The plan of every printed part of a leg."""
-    return tuple(plan for joint in leg.joints for plan in plan_joint(joint, leg.dimensions.printing))
 
 
 def _thicker(family: str) -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Nut, Screw, insert_of, long_screw, nuts
@@ -22,7 +21,6 @@ BEYOND = 1.0  # mm, depth of an insert's hole beyond the screw's end
 LEAST_SOCKET_SCREW = 3.0  # mm, nominal: a choice, its socket of 2.5 mm takes a common key
 SHORT = 0.2  # mm, least distance of a screw's end below the far face of its part
 SPOT = 0.3  # mm, width of a flat on a socket beside head and nut
-Group = Literal["upper", "lower"]
 
 
 @dataclass(frozen=True)

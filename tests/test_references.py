@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import synth
+from name_uses import ModuleNames, Uses, assigned_twice, unread_fields
 from tool_modules import tool
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -17,8 +18,14 @@ FILES: dict[str, Path] = tool("architecture").modules()
 # What nothing in the package mentions, and why it stays.
 UNMENTIONED = {
     "synth.api.report.Report._repr_html_": "notebooks call it",
+    "synth.cad.export.export_leg": "a leg's files in one call, for who uses cad by itself",
     "synth.cad.joint.build_joint": "a joint in one call, for who uses cad by itself; the design keeps the layout",
+    "synth.cad.limits.limit_of": "tools/fuzz_joints.py draws within it",
     "synth.compiling.numba_internals.KeptCode.save_overload": "numba calls it",
+    "synth.swing.chain_integrator.integrate": "synth.swing.chain reads it from the compiled module",
+    "synth.swing.curve_integrator.integrate_curves": "likewise",
+    "synth.swing.friction_integrator.integrate_rubbing": "likewise",
+    "synth.motion.importers.ros_messages.joint_arrays": "the program that from_ros runs calls it",
     "synth.files.kept_templates.KeptTemplates.dump_bytecode": "jinja calls it",
     "synth.files.kept_templates.KeptTemplates.load_bytecode": "jinja calls it",
     "synth.files.reference.pages.pages": "tools/reference.py writes them",
@@ -26,11 +33,19 @@ UNMENTIONED = {
     "synth.planting.explained_gap.PlainModel.plausible": "likewise",
 }
 
-# By the text: to parse every module takes longer than all that is asked here. It is laid out by `ruff format`.
+# What a program finds in every module of a package by its name.
+DISCOVERED = {
+    "synth.commands": {"add_arguments", "run"},
+    "synth.jump.effects": {"EFFECT", "change"},
+    "synth.swing.effects": {
+        *("EFFECT", "along", "bounded", "change", "drive", "extend", "read", "start", "to_rotation", "torque"),
+    },
+}
+# Methods, docstrings and comments by the text, which `ruff format` lays out: whose attribute a name is, a tree does not
+# tell either.
 COMMENT = re.compile(r"(^|\s)# .*$", re.MULTILINE)
 BLOCK = re.compile(r'(^\s*r?)?"""[\s\S]*?"""', re.MULTILINE)  # a docstring, if nothing stands before it
 STRING = re.compile(r'"(?:[^"\\\n]|\\.)*"')
-IMPORT = re.compile(r"^\s*from (synth[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 ATTRIBUTE = re.compile(r"\.([A-Za-z_]\w*)")
 WORD = re.compile(r"[A-Za-z_]\w*")
 ASKED = re.compile(r"\{[{%][\s\S]*?[%}]\}")  # of a template
@@ -71,15 +86,14 @@ class Module:
     words: Counter[str]
     attributes: Counter[str]
     texts: Counter[str]
-    imports: frozenset[tuple[str, str]]
+    text: str
 
     @classmethod
     def of(cls, text: str) -> Module:
         blocks = [found[0] for found in BLOCK.finditer(text) if found[1] is None]
         code = COMMENT.sub(r"\1", BLOCK.sub(lambda found: '""' if found[1] is None else "", text))
         texts = Counter(word for found in (*blocks, *STRING.findall(code)) for word in WORD.findall(found))
-        imports = {(module, name) for module, names in IMPORT.findall(code) for name in WORD.findall(names)}
-        return cls(code, Counter(WORD.findall(code)), Counter(ATTRIBUTE.findall(code)), texts, frozenset(imports))
+        return cls(code, Counter(WORD.findall(code)), Counter(ATTRIBUTE.findall(code)), texts, text)
 
 
 @dataclass(frozen=True)
@@ -113,6 +127,11 @@ def definitions(name: str, module: Module) -> Iterator[Definition]:
         yield Definition(name, owner if found["indent"] else "", own, body)
 
 
+def is_discovered(module: str, name: str) -> bool:
+    """Whether a registry finds a name of a module without an import."""
+    return name in DISCOVERED.get(module.rpartition(".")[0], ())
+
+
 @cache
 def sources() -> dict[str, Module]:
     return {name: Module.of(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
@@ -125,19 +144,23 @@ def templates() -> Counter[str]:
 
 
 def unmentioned(modules: dict[str, Module]) -> list[str]:
-    """Full names of what nothing in the package mentions but the definition itself."""
-    attributes, texts, imports = templates(), Counter[str](), set[tuple[str, str]]()
+    """Full names of what nothing in the package uses but the definition itself.
+
+    What modules define is resolved by imports, what classes define by the name.
+    """
+    uses = Uses({name: ModuleNames.of(module.text) for name, module in modules.items()})
+    attributes, texts = templates(), Counter[str]()
     for module in modules.values():
         attributes.update(module.attributes)
         texts.update(module.texts)
-        imports |= module.imports
     found = []
     for name, module in modules.items():
         for each in definitions(name, module):
             own = Module.of(each.code)
-            used = attributes[each.name] + texts[each.name] > own.attributes[each.name] + own.texts[each.name]
-            if not each.owner:
-                used |= module.words[each.name] > own.words[each.name] or (name, each.name) in imports
+            if each.owner:
+                used = attributes[each.name] + texts[each.name] > own.attributes[each.name] + own.texts[each.name]
+            else:
+                used = uses.used(name, each.name) or is_discovered(name, each.name)
             if not used and each.name not in synth.__all__:
                 found.append(each.full)
     return found
@@ -183,10 +206,83 @@ class Kept:
     def __len__(self):
         return 1
 '''
-    other = "from synth.one import (\n    read_two,\n)  # fmt: skip\n"
+    other = "from synth.one import (\n    read_two,\n)  # fmt: skip\n\nread_two()\n"
     two = "def read_two():\n    return 2\n\n\ndef gone():\n    return 'gone'\n"
     found = unmentioned({"synth.one": Module.of(one + two), "synth.two": Module.of(other)})
     assert found == ["synth.one.SPARE", "synth.one.unasked", "synth.one.Kept.turned", "synth.one.gone"]
+
+
+def test_a_name_is_resolved_by_its_import() -> None:
+    """A variable, a field, an entry of ``__all__`` or another module's function of the same name is no use."""
+    one = """
+import synth.two
+from synth.three import kept as same, handed
+
+__all__ = ["handed"]
+
+
+def energy(leg):
+    return same(leg) + synth.two.far
+
+
+def _gap(limit):
+    return "written(limit)"
+
+
+def written(limit):
+    return _gap(limit)
+"""
+    two = """
+far = 1
+limit = 2
+kept = 3
+
+
+def unasked(limit):
+    energy = 3
+    return energy + unasked(limit)
+"""
+    three = """
+def kept(gap):
+    return gap
+
+
+def handed():
+    return kept
+
+
+def _lambda():
+    return map(lambda limit: limit, energy)
+"""
+    modules = {f"synth.{name}": Module.of(text) for name, text in {"one": one, "two": two, "three": three}.items()}
+    expected = ["one.energy", "two.limit", "two.kept", "two.unasked", "three.handed", "three._lambda"]
+    assert unmentioned(modules) == [f"synth.{name}" for name in expected]
+
+
+# Fields that nothing in the package reads, and why they stay.
+UNREAD = {
+    "synth.api.springs.SpringAnswer.in_the_way": "the user reads it",
+    "synth.jump.mujoco_model.MujocoJump.closure_gap": "the other engine's own error, which tests/hopper bounds",
+}
+
+
+def test_every_field_is_read() -> None:
+    modules = sources()
+    named = {*templates(), *(word for module in modules.values() for word in module.texts)}
+    assert sorted(unread_fields({name: module.text for name, module in modules.items()}, named)) == sorted(UNREAD)
+
+
+def test_an_unread_field_is_found() -> None:
+    one = "class Some:\n    kept: int\n    told: int\n    gone: int = 0\n\n\ndef f(some):\n    some.gone = some.kept\n"
+    assert unread_fields({"synth.one": one}, {"told"}) == ["synth.one.Some.gone"]
+
+
+def test_no_module_assigns_a_constant_twice() -> None:
+    assert {name: twice for name, each in sources().items() if (twice := assigned_twice(each.text))} == {}
+
+
+def test_a_constant_that_is_assigned_twice_is_found() -> None:
+    assert assigned_twice("A = 1\nB: int = 2\nC: int\nC = 3\nB = A\nlow = 1\nlow = 2\n") == ["B"]
 
 
 def untrue(modules: dict[str, Module], texts: dict[str, str]) -> list[str]:

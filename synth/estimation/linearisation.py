@@ -120,12 +120,15 @@ class LinearisedNormal(ReducedNormal):
     def without_fold(self, out: Sequence[int], prior: Array) -> LinearisedNormal:
         """The same without the trials ``out``, whose own unknowns are refitted; ``prior`` as for ``normal``.
 
-        Summed again, because the contribution of a diverged trial cannot be subtracted.
+        They keep their places, with nothing in ``parts`` and ``squares``, so that all that is asked of the result holds
+        for the others. Summed again, because the contribution of a diverged trial cannot be subtracted.
         """
-        kept = [part for index, part in enumerate(self.parts) if index not in out]
-        matrix = sum((matrix for matrix, _ in kept), np.eye(len(prior)))
-        gradient = sum((gradient for _, gradient in kept), prior.copy())
-        return replace(self, matrix=matrix, gradient=gradient)
+        nothing = np.zeros_like(self.matrix), np.zeros_like(self.gradient)
+        parts = tuple(nothing if index in out else part for index, part in enumerate(self.parts))
+        squares = tuple(0.0 if index in out else own for index, own in enumerate(self.squares))
+        matrix = sum((part for part, _ in parts), np.eye(len(prior)))
+        gradient = sum((part for _, part in parts), prior.copy())
+        return replace(self, matrix=matrix, gradient=gradient, parts=parts, squares=squares)
 
     def squares_without(self, trial: int, step: Array) -> float:
         """First-order projected sum of squares of all trials but one after a step (p,) of the common unknowns."""

@@ -14,7 +14,6 @@ from synth.files.spring_words import Objective, RateFormula, System
 from synth.files.validate import Quantity, Title, refusal
 
 Length = Annotated[float, Quantity("m", above=0)]
-Density = Annotated[float, Quantity("kg/m^3", above=0)]
 Share = Annotated[float, Quantity("1", above=0, most=10)]
 WIDEST = 0.9  # of a tolerance, plus or minus: from 1 on, rates and torques of zero and below would be drawn
 PlusMinus = Annotated[float, Quantity("1", above=0, most=WIDEST)]

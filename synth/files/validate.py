@@ -189,21 +189,6 @@ def _meant(document: Document, kind: str) -> str:
     return next((other for other, keys in _KEYS.items() if keys <= written), kind)
 
 
-def check(model: type[Model], document: Document) -> Model:
-    """Validate a document.
-
-    Raises
-    ------
-    UserError
-        With a problem for every mistake, in the order of their lines.
-    """
-    problems: list[Problem] = []
-    checked = check_part(model, document, document.value, (), problems)
-    raise_if_any(problems)
-    assert checked is not None  # no problem means that it was built
-    return checked
-
-
 def check_part(model: type[Model], document: Document, value: Any, key: Key, problems: list[Problem]) -> Model | None:
     """Validate one part of a document; mistakes go to ``problems``, and the result is then None."""
     try:

@@ -12,18 +12,17 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.drives.servo import Servo, ServoSignals
 from synth.errors import Problem, UserError
+from synth.fit.trial_channels import counted_from, known_torque, rows_read, servo_signals, with_recorded_rates
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.group_spread import GroupSpread
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
-from synth.motion.velocity import unlike, with_velocities
 from synth.remarks import decisive, noted
 from synth.sampling import every_nth, own_moments, usual_step
 from synth.swing.chain import Conditions
-from synth.swing.known_torque import average_torques, with_least_spacing
+from synth.swing.known_torque import average_torques
 from synth.swing.leg_model import Leg
-from synth.swing.time_unit import time_unit
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
@@ -229,14 +228,16 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
 
 
 def _read_recording(leg: Leg, trial: Trial) -> Recording:
-    read = _rows_read(trial)
-    names, time = leg.joint_names, trial.time[read] - trial.time[read][0]
+    read = rows_read(trial)
+    trial = counted_from(trial, float(trial.time[read][0]))
+    names, time = leg.joint_names, trial.time[read]
     if len(time) < LEAST_SAMPLES:
         text = f"{len(time)} samples over {time[-1] * 1e3:.4g} ms; a trial needs at least {LEAST_SAMPLES} samples"
         raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
     found = lost_samples(time, rotation)
     n_lost, thin = int((found & own_moments(time, ~found)).sum()), thin_recording(time, rotation, found)
+    trial = counted_from(trial, float(thin.time[0]))
     time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
     few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < LEAST_SAMPLES]
     if few:
@@ -244,22 +245,12 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         raise UserError(Problem(text, file=trial.name))
     locked = tuple(names.index(name) for name in trial.locked)
     counts = ~lost
-    smoothed = _with_velocities(leg, trial, read, smooth(time, rotation, lost, locked=locked))
+    smoothed = with_recorded_rates(leg, trial, smooth(time, rotation, lost, locked=locked))
     for j in locked:
         held = float(np.median(rotation[~lost[:, j], j]))
         rotation[:, j], smoothed.angle[:, j], smoothed.rate[:, j] = held, held, 0.0
         counts[:, j] = False
     rotation = np.where(np.isfinite(rotation), rotation, 0.0)
-    known = None
-    if trial.torques is not None:
-        moments = trial.time - trial.time[read][0] - thin.time[0]
-        known = with_least_spacing(
-            moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]), time_unit(smoothed.pace)
-        )
-    signals = None
-    if trial.signals is not None:
-        drive_signals = trial.signals.later(float(trial.time[read][0] + thin.time[0]))
-        signals = replace(drive_signals, command=leg.to_rotation(drive_signals.command), supply=drive_signals.supply)
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(
         trial.name,
@@ -268,11 +259,11 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         counts,
         conditions,
         smoothed,
-        known,
+        known_torque(leg, trial, float(time[-1]), smoothed.pace),
         n_lost,
         trial.leg,
         thin.sentence,
-        signals,
+        servo_signals(leg, trial),
         thin.averaged,
         unwrapped=_jump_message(leg, trial),
         unusual=tuple((name, wide) for name, wide in zip(leg.joint_names, trial.unusual, strict=False) if wide),
@@ -314,38 +305,6 @@ def _servo_torque(leg: Leg, signals: ServoSignals, smoothed: Smoothed) -> Array:
             error = command[:, j] - smoothed.angle[:, j]
             torque[:, j] = servo.torque(error, smoothed.rate[:, j], supply[:, j], enabled[:, j])
     return torque
-
-
-def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> Smoothed:
-    """The smoothed motion with recorded velocities if available, which must match the angles.
-
-    Raises
-    ------
-    UserError : a velocity column is not the slope of its joint's angle.
-    """
-    if trial.velocities is None:
-        return smoothed
-    time, velocities = trial.time[read] - trial.time[read][0], leg.sign * trial.velocities[read]
-    problems = []
-    for j, name in enumerate(leg.joint_names):
-        wrong = unlike(smoothed, time, velocities[:, j], j) if name not in trial.locked else ""
-        if wrong:
-            text = f"{wrong}. Correct the column, or leave it out: the angles suffice"
-            problems.append(Problem(text, file=trial.name, key=f"{name} velocity"))
-    if problems:
-        raise UserError(problems)
-    return with_velocities(smoothed, time, velocities)
-
-
-def _rows_read(trial: Trial) -> Mask:
-    """(m,) rows that are samples of the motion, not only of a known torque or a command with clocks of their own.
-
-    Every second row may be a command alone: differences of angles over it would show no noise, and thinning by every
-    second row no angle.
-    """
-    if trial.torques is None and trial.signals is None:
-        return np.ones(len(trial.time), dtype=bool)
-    return np.asarray(np.isfinite(trial.angles).any(axis=1))
 
 
 def _unmoved_joints(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) -> list[Problem]:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,6 @@ PERTURBATION = 1e-6  # of log rates, rad, and 10x that of rad/s
 FIT_STEPS = 8000  # per trajectory; a second takes about 140; beyond this it is aborted
 FIT_TOLERANCE = 1e-7  # of the integrator; at 1e-5 derivatives are within 2.5e-5, at 1e-4 they are too coarse
 Index = NDArray[np.intp]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ SETTLE_BAND = 0.1  # of the amplitude: 2 or 5 % would lie in the noise and dry f
 LEAST_PEAK = 0.02  # of the amplitude: a smaller peak is no swing of the joint itself, however little noise there is
 STARTS_AT_REST = "starts at rest"
 CUT = "its start is cut off: no rise time, overshoot and settling time"
-NEAR_REST = "it starts near rest and swings much farther: rise, overshoot and settling are those of a small step"
 # times as far. One that swings farther was hardly away from rest: shares of its amplitude mean little.
 FARTHEST_SWING = 4.0
 NEAR_REST = (

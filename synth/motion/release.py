@@ -46,8 +46,6 @@ class Release:
     ``free_from`` : from here the leg's own springs and dampers explain the motion. ``released_by`` (or the first
         sample) if no external torque is detected, or too little motion would remain without it.
     ``driven_until`` : the end of an external torque; None if none is detected.
-    ``driven_joint`` : the index of the joint on which it was detected last.
-    ``foreign_share`` : its largest size, as a share of the joint's torque range.
     ``sentence`` : all this in words.
     ``released_by`` : the late end of the 95 % interval of ``released``, after which no sample is held:
         it is after the true release in 97 % of 240 simulated ones (noise of 0.05 to 0.6 deg, 100 and 250 Hz).
@@ -58,8 +56,6 @@ class Release:
     released: float | None
     free_from: float
     driven_until: float | None
-    driven_joint: int | None
-    foreign_share: float
     sentence: str
     released_by: float | None = None
     still_first: bool = False
@@ -119,7 +115,7 @@ def _find_in_view(time: Array, rotation: Array, lost: Mask, view: _View) -> Rele
     """The release, in the view's unit of time."""
     burst = _last_burst(view)
     if burst is None:
-        return Release(None, float(time[0]), None, None, 0.0, "nothing moves above the noise")
+        return Release(None, float(time[0]), None, "nothing moves above the noise")
     held = view.smoothed.time[burst[0]] - time[0] >= max(PAUSE, 5 * view.step)
     if not held:
         return _with_drive(None, time, rotation, lost, view)
@@ -322,9 +318,7 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
         points = min(odd_points(width, view.step), len(smoothed.time) // 2 * 2 - 1)
         drive = drive_after(view.leg, smoothed, points, free, view.tip_mass)
     if drive is None:
-        return Release(
-            released, start if by is None else by, None, None, 0.0, f"{reason}; no external torque after that", by
-        )
+        return Release(released, start if by is None else by, None, f"{reason}; no external torque after that", by)
     name = view.leg.joint_names[drive.joint]
     reason += f"; until {view.in_words(drive.until)} s a torque acts on the {name} that its spring and damper do not "
     reason += "produce "
@@ -335,5 +329,5 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
         reason += (
             ", but by then the limb is almost at rest, so an external torque and another law of the leg look alike"
         )
-        return Release(released, free_at, drive.until, drive.joint, drive.share, reason, by)
-    return Release(released, max(free_at, drive.until), drive.until, drive.joint, drive.share, reason, by)
+        return Release(released, free_at, drive.until, reason, by)
+    return Release(released, max(free_at, drive.until), drive.until, reason, by)

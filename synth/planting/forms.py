@@ -45,7 +45,6 @@ class Form:
     largest: float
     build: Callable[[float], tuple[Truth, PlantedSensor]]
     tell: Callable[[float], Mapping[str, float | str]]
-    fixed_noise: bool = False
 
 
 Maker = Callable[[np.random.Generator, Setup, Scale, int], Form]

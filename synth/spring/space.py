@@ -21,13 +21,6 @@ def wound_inside_diameter(wire_diameter: float, mean_diameter: float, body_coils
     return wound_mean_diameter(mean_diameter, body_coils, travel) - wire_diameter
 
 
-def arbor_clearance(
-    wire_diameter: float, mean_diameter: float, body_coils: float, travel: float, arbor_diameter: float
-) -> float:
-    """Diametral clearance to the arbor, ``D' - d - D_arbor`` (Shigley eq. 10-54); at 0 or below the coil grips it."""
-    return wound_inside_diameter(wire_diameter, mean_diameter, body_coils, travel) - arbor_diameter
-
-
 def travel_to_inside_diameter(
     wire_diameter: float, mean_diameter: float, body_coils: float, inside_diameter: float
 ) -> float:

@@ -182,7 +182,7 @@ class SpringDesign:
 
     @property
     def arbor_clearance(self) -> float | None:
-        """Diametral clearance to the arbor at full travel, m."""
+        """Diametral clearance to the arbor at full travel, m, ``D' - d - D_arbor`` (Shigley eq. 10-54)."""
         return None if self.arbor_diameter is None else self.wound_inside_diameter - self.arbor_diameter
 
     @property

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, delayed, fed_together
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
@@ -37,6 +37,7 @@ class LegLanes:
     current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated
     resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet in ``servo``
     and ``armature`` but in ``servo_numbers`` and ``own_inertia``: so it follows what changes a motor's constants.
+    ``own_emf`` (n,) True for a motor whose back-EMF constant is stated beside its torque constant.
     ``weightless`` (n,) links on which gravity does no work (a sliding base).
     ``torques`` : name of a torque effect -> (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and
     slopes (2, 12) of each joint, or None.
@@ -59,6 +60,7 @@ class LegLanes:
     torque_limit: Array
     winding: Array
     lag: Array
+    own_emf: Mask
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
     source: Array = field(default_factory=lambda: np.zeros(1))
@@ -108,6 +110,7 @@ class LegLanes:
             torque_limit=column([_stated_limit(joint.drive) for joint in joints]),
             winding=np.ones((len(joints), n_lane)),
             lag=column([joint.lag for joint in joints]),
+            own_emf=np.array([_own_emf(joint.drive) for joint in joints]),
             own=tuple(range(len(joints))),
             source=np.zeros(n_lane),
         )
@@ -235,6 +238,7 @@ class LegLanes:
             servo=np.insert(self.servo, before, 0.0, axis=1),
             torque_limit=np.insert(self.torque_limit, before, UNLIMITED, axis=0),
             winding=np.insert(self.winding, before, 1.0, axis=0),
+            own_emf=np.insert(self.own_emf, before, values=False),
             own=own,
             newest=before,
             tilt=self.tilt.copy(),
@@ -326,6 +330,11 @@ def _servos(leg: Leg, n_lane: int) -> Array:
 def _stated_limit(drive: Servo | TorqueDrive | None) -> float:
     """N m, the limit that a drive states as a torque."""
     return min(drive.torque_limit, UNLIMITED) if isinstance(drive, Servo) else UNLIMITED
+
+
+def _own_emf(drive: Servo | TorqueDrive | None) -> bool:
+    """Whether a motor's back-EMF constant is stated by itself."""
+    return drive is not None and drive.motor is not None and drive.motor.back_emf_constant is not None
 
 
 def has_direction(effect: Effect) -> bool:

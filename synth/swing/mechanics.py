@@ -1,6 +1,6 @@
-"""Mechanics of the planar chain in numpy: inertia and gravity coefficients, momentum, energy, rest pose.
+"""Mechanics of the planar chain in numpy: inertia and gravity coefficients, momentum, rest pose.
 
-It is written for clarity and used where speed does not matter: setup of the compiled chain, weak form, energies,
+It is written for clarity and used where speed does not matter: setup of the compiled chain, weak form,
 equilibria, and as the reference with which tests compare the compiled chain. With absolute rotations
 ``phi_i = tilt + q_1 + ... + q_i`` measured from straight down, the kinetic energy is
 ``1/2 sum_ij A_ij cos(phi_i - phi_j) dphi_i dphi_j`` and the potential energy ``-sum_i G_i cos(phi_i)``
@@ -95,21 +95,6 @@ def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Arra
     lower = np.tril(np.ones((n, n)))
     moving = lower.T @ (coefficient.inertia * np.cos(phi[:, None] - phi[None, :])) @ lower
     return np.asarray(moving + np.diag(coefficient.armature))
-
-
-def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float | Tip = 0.0) -> Array:
-    """Sum of kinetic, gravity and spring energy (n_time,) J for rotation (rad) and rate (rad/s), (n_time, n) each."""
-    coefficient = coefficients(leg, tip_mass)
-    phi = absolute(rotation, leg.tilt)
-    omega = np.cumsum(rate, axis=-1)
-    difference = phi[:, :, None] - phi[:, None, :]
-    kinetic = 0.5 * np.einsum("ij,tij,ti,tj->t", coefficient.inertia, np.cos(difference), omega, omega)
-    kinetic = kinetic + 0.5 * rate**2 @ coefficient.armature
-    potential = -np.cos(phi) @ coefficient.gravity
-    for index, joint in enumerate(leg.joints):
-        if joint.spring is not None:
-            potential = potential + 0.5 * joint.spring.rate * (rotation[:, index] - joint.rest) ** 2
-    return np.asarray(kinetic + potential)
 
 
 def outboard_inertia(leg: Leg, tip_mass: float | Tip = 0.0) -> Array:

@@ -16,9 +16,10 @@ from synth.swing.leg_model import Leg
 LINK_QUANTITIES = ("length", "mass", "com", "inertia")
 QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest", "torque_constant", "resistance")
 # For each motor constant: the parameters of a servo that change with it, and the power. What its lag does to the
-# controller and to the inertia follows from these (``LegLanes.servo_numbers``, ``own_inertia``), as in the leg.
+# controller and to the inertia follows from these (``LegLanes.servo_numbers``, ``own_inertia``), as in the leg. The
+# braking is torque constant times back-EMF constant: its power is 1 more where these are one number (``own_emf``).
 MOTOR_POWERS = {
-    "torque_constant": {"servo_strength": 1, "servo_torque_limit": 1, "servo_back_emf": 2},
+    "torque_constant": {"servo_strength": 1, "servo_torque_limit": 1, "servo_back_emf": 1},
     "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1, "servo_conductance": -1, "lag": -1},
 }
 
@@ -68,6 +69,8 @@ class Tolerances:
                         values = legs.lag if number == "lag" else legs.servo[SERVO.index(number)]
                         values *= np.exp(power * shift[q])
                 if name == "torque_constant":
+                    one_number = ~legs.own_emf
+                    legs.servo[SERVO.index("servo_back_emf"), one_number] *= np.exp(shift[q, one_number])
                     for joint in self.by_current:
                         gain = legs.drive[DRIVE.index("torque_gain"), joint]
                         gain += np.expm1(shift[q, joint]) * (1.0 + gain)  # beside that which the leg states

@@ -19,15 +19,25 @@ from synth.cad import (
     SpringDimensions,
     arm_offset,
     clear_upper_arm_angle,
-    included_angle_of,
 )
 from synth.cad.checked_layout import lay_out
-from synth.cad.dimensions import check, coil_fraction
+from synth.cad.dimensions import coil_fraction
 from synth.cad.leg_joints import lay_out_leg
 
 SPRING = SpringDimensions(3.429, 26.035, 7.17, 120.0)
 KNEE = JointDimensions("knee", SPRING, 111.0, 119.0)
 DRAWN = cleared(KNEE)
+
+
+def check(dimensions):
+    found = dimensions.problems()
+    if found:
+        raise DimensionError(found)
+
+
+def included_angle_of(coils):
+    """Deg in [0, 360), of two tangent arms on ``coils`` turns."""
+    return (180.0 - 360.0 * (coils % 1.0)) % 360.0
 
 
 def test_arm_offset_has_the_thesis_values():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import stdtr
+from scipy.special import stdtr, stdtrit
 
 from synth.errors import UserError
 from synth.estimation.intervals import NULL, NotFiniteError, covariance_of, student, student95
@@ -56,3 +56,13 @@ def test_draws_have_the_covariance_they_are_drawn_from() -> None:
 def test_student_s_distribution_is_that_of_scipy(degrees: int) -> None:
     for value in (-np.inf, -8.0, -0.3, 0.0, 2.0, np.inf):
         assert student(value, degrees) == pytest.approx(stdtr(degrees, value), abs=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [*range(1, 61), 100, 1000, 10**6])
+def test_the_95_percent_point_is_that_of_the_distribution(degrees: int) -> None:
+    """Within what the docstring states; the expansion is worst where it begins."""
+    found = student95(degrees)
+    assert found == pytest.approx(stdtrit(degrees, 0.95), rel=0.005)
+    assert student(found, degrees) == pytest.approx(
+        0.95, abs=2e-5 if degrees < 5 else max(6e-4 * (5 / degrees) ** 2, 1e-8)
+    )

@@ -243,3 +243,32 @@ def test_intervals_of_residuals_larger_than_their_weight_hold_their_level(size: 
     estimates = np.linalg.solve(normal.matrix, free.T @ (truth @ common.T + noise).T).T
     reach = NORMAL90 * np.sqrt(np.diag(normal.covariance(size**2)))
     np.testing.assert_allclose(np.mean(np.abs(estimates - truth) <= reach, axis=0), 0.9, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "factor"),
+    [(-1.0, 28.0), (0.0, 2.0), (0.25, 1.125), (0.5, 1.0), (0.75, 0.875), (1.0, 1 / 3), (9.0, 1 / 3)],
+)
+def test_nielsens_damping_after_a_success(ratio: float, factor: float) -> None:
+    """Equation 2.21 there, max(1/3, 1 - (2 rho - 1)^3); consecutive failures double from 2 again."""
+    rule = Nielsen(least=1e-12, most=1e10)
+    damping, growth = rule.after_success(Iterate(None, 0.3, growth=16.0), 4.0 * ratio, 4.0)
+    assert (damping, growth) == pytest.approx((0.3 * factor, 2.0))
+    assert rule.after_success(Iterate(None, 1e-12), 4.0, 4.0)[0] == 1e-12
+
+
+def test_nielsens_damping_after_failures() -> None:
+    """2, 4 and 8 times as high: 64 times after three."""
+    rule, at = Nielsen(least=1e-12, most=1e10), Iterate(None, 0.3)
+    for damping in (0.6, 2.4, 19.2):
+        higher, growth = rule.after_failure(at)
+        at = Iterate(None, higher, growth=growth)
+        assert at.damping == pytest.approx(damping)
+
+
+def test_marquardts_damping_up_and_down() -> None:
+    rule = Marquardt(least=1e-7, most=1e6, down=5.0, up=10.0, least_after_failure=1e-2)
+    assert rule.after_success(Iterate(None, 0.3), 1.0, 1.0)[0] == pytest.approx(0.06)
+    assert rule.after_success(Iterate(None, 2e-7), 1.0, 1.0)[0] == pytest.approx(1e-7)
+    assert rule.after_failure(Iterate(None, 0.3))[0] == pytest.approx(3.0)
+    assert rule.after_failure(Iterate(None, 1e-6))[0] == pytest.approx(1e-2)

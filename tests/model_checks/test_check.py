@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from leg_energy import energy
 from synth.cli import main
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo
@@ -19,7 +20,7 @@ from synth.files.leg_file import write_leg
 from synth.model_checks import jumping, swinging
 from synth.model_checks.checked import ModelCheck
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
-from synth.swing.mechanics import coefficients, energy, mass_matrix
+from synth.swing.mechanics import coefficients, mass_matrix
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
 

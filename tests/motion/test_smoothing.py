@@ -19,6 +19,17 @@ def swing(time: Array, frequency: float = 3.0, amplitude: float = 0.4) -> Array:
     return (amplitude * np.exp(-2 * time) * np.cos(2 * np.pi * frequency * time))[:, None]
 
 
+@pytest.mark.parametrize(("missing", "seen"), [(3, False), (4, True), (6, True)])
+def test_four_samples_in_a_row_that_are_missing_are_a_gap(missing: int, *, seen: bool) -> None:
+    """Fewer are bridged by the polynomials. The gap is all that lies between the samples beside it."""
+    time = np.arange(200) * 0.005
+    lost = np.zeros((200, 1), dtype=bool)
+    lost[100 : 100 + missing] = True
+    found = smooth(time, swing(time), lost).gap
+    assert np.all(found[100 : 100 + missing] == seen)
+    assert found.sum() == (missing + 1 if seen else 0)  # with the sample at one end
+
+
 def test_the_noise_of_a_polynomial_is_the_norm_of_scipys_coefficients() -> None:
     wanted = [float(np.linalg.norm(savgol_coeffs(11, 3, deriv=order, delta=0.01))) for order in (0, 1)]
     assert polynomial_noise(11, 3, 0.01) == pytest.approx(wanted)

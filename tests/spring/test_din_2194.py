@@ -29,6 +29,15 @@ def test_grades_of_a_spring_of_one_millimetre() -> None:
     assert stainless.torque / second.torque == pytest.approx(90 / 104)
 
 
+@pytest.mark.parametrize(
+    ("wire", "tolerance"), [(0.5, 0.025 * 4.0 * 1.12505), (4.0, 0.025 * 32.0 / 1.26576), (10.0, 0.025 * 80.0 / 1.47911)]
+)
+def test_the_diameter_s_tolerance_grows_slower_than_the_wire(wire: float, tolerance: float) -> None:
+    """Of index 8: 0.025 D / d^0.17 mm in grade 2; 2^0.17 = 1.12505, 4^0.17 = 1.26576, 10^0.17 = 1.47911."""
+    second = grade_tolerances("music wire", wire * 1e-3, 8e-3 * wire, 4.0, ())[1]
+    assert second.mean_diameter == pytest.approx(tolerance * 1e-3, rel=1e-5)
+
+
 def test_outside_the_scope_there_are_no_grades() -> None:
     assert grade_tolerances("music wire", 1e-3, 3e-3, 4.0, ()) == ()  # index 3
     assert grade_tolerances("music wire", 1e-3, 8e-3, 1.9, ()) == ()

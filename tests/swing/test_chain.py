@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from fit.simulated_legs import DAMPER, SPRING, robot
+from leg_energy import energy
 from peers.mujoco_leg import mechanical_energy
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.lane_layout import LANES, MOST_MEMORIES
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
-from synth.swing.mechanics import energy
 
 LINK = Link(0.2, 0.74, 0.091, 3.5e-3)
 ABOUT_HINGE = LINK.inertia + LINK.mass * LINK.com**2

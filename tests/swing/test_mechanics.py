@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from fit.simulated_legs import LINKS, robot
+from leg_energy import energy
 from peers.mujoco_leg import mechanical_energy, with_tip_mass
 from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Joint, Leg, Link, Spring
 from synth.swing.mechanics import (
     coefficients,
-    energy,
     mass_matrix,
     momentum_and_force,
     outboard_inertia,
@@ -145,3 +145,22 @@ def test_every_rest_pose_is_a_minimum_of_energy(links: list[tuple[float, float, 
     here = potential(leg, rest)
     for way in np.random.default_rng(1).normal(size=(20, len(rest))):
         assert potential(leg, rest + 1e-3 * way) > here - 1e-10
+
+
+def test_an_armature_s_energy_is_that_of_its_own_joint_s_rate() -> None:
+    """A rotor turns with its joint and not with the links before it: half of it times the joint's rate squared."""
+    leg = robot()
+    geared = replace(leg, joints=tuple(replace(joint, armature=2e-3) for joint in leg.joints))
+    rotation, rate = np.array([[0.3, -0.4, 0.7]]), np.array([[2.0, -3.0, 5.0]])
+    more = energy(geared, rotation, rate) - energy(leg, rotation, rate)
+    assert more == pytest.approx(0.5 * 2e-3 * (4.0 + 9.0 + 25.0))
+
+
+def test_an_indifferent_pose_is_a_rest_pose() -> None:
+    """A second link that hangs in its centre of mass stays where it is when the first falls from upright."""
+    link = Link(0.2, 0.5, 0.1, 2e-3)
+    leg = Leg("leg", (Joint("hip", link), Joint("knee", replace(link, com=0.0))))
+    found = rest_pose(leg, start=np.array([math.pi, 0.7]))
+    assert math.cos(found[0]) == pytest.approx(1.0, abs=1e-9)
+    assert found[1] == pytest.approx(0.7, abs=1e-6)
+    np.testing.assert_array_equal(rest_pose(leg, start=np.array([0.0, 0.7])), [0.0, 0.7])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,13 @@ def test_a_link_as_a_body_is_that_link_again() -> None:
     across, about, along = rod_inertias(link)
     assert across + along >= about  # a body can have these
     assert about == link.inertia
+
+
+def test_what_a_link_does_not_state_is_a_rod_s() -> None:
+    """Across the hinge m L^2 / 12, and never less than about it."""
+    slender = Link(0.3, 0.6, 0.15, 1e-3)
+    assert rod_inertias(slender)[0] == pytest.approx(0.6 * 0.3**2 / 12)
+    assert rod_inertias(replace(slender, inertia=5.5e-3))[0] == 5.5e-3
 
 
 def test_combining_no_bodies_is_refused() -> None:

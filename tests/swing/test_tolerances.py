@@ -24,6 +24,7 @@ DRIVES = {
     "no rotor": replace(POSITION, motor=BARE),
     "control steps": replace(POSITION, control_period=2e-3, duty_steps=255.0),
     "limits": replace(POSITION, torque_limit=1.5, dead_band=0.01, command_rate_limit=3.0, duty_limit=0.8),
+    "back-EMF by itself": replace(POSITION, motor=replace(MOTOR, back_emf_constant=0.024)),
     "voltage": Servo(0.0, open_duty=1.0, current_limit=2.0, motor=MOTOR),
     "without a motor": Servo(5.0, 0.1, delay=0.01, torque_limit=2.0),
     "current": TorqueDrive(MOTOR),
@@ -77,6 +78,16 @@ def test_so_they_are_beside_an_effect_of_the_drive(name: str) -> None:
     for x in (np.zeros(tolerances.size), np.linspace(1.5, -2.0, tolerances.size)):
         nominal = leg(drive, **{name: MOTOR_EFFECTS.get(name, {"share": 0.25})})
         assert_same(in_columns(tolerances, nominal, x), LegLanes.of(tolerances.leg(nominal, x)))
+
+
+def test_a_measured_back_emf_constant_keeps_its_value() -> None:
+    """The braking is N^2 eta kt ke / R: with kt once and not squared if ke was measured by itself."""
+    motor = replace(MOTOR, back_emf_constant=0.024)
+    tolerances, x = Tolerances(np.full((len(QUANTITIES), 2), 0.1)), np.zeros((len(QUANTITIES), 2))
+    x[QUANTITIES.index("torque_constant")] = 1.0
+    found = in_columns(tolerances, leg(replace(POSITION, motor=motor)), x.ravel())
+    braking = 50.0**2 * 0.8 * 0.02 * np.exp(0.1) * 0.024 / 2.0
+    assert found.servo[SERVO.index("servo_back_emf")] == pytest.approx(np.full((2, 1), braking))
 
 
 def test_the_winding_s_lag_follows_its_resistance_and_the_braking_both_constants() -> None:

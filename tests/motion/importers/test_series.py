@@ -25,7 +25,7 @@ def trial(name: str, release: Release | None, window: tuple[float, float] | None
 
 def released(at: float | None, until: float | None) -> Release:
     start = 0.0 if at is None else at
-    return Release(at, start if until is None else until, until, None if until is None else 0, 0.3, "")
+    return Release(at, start if until is None else until, until, "")
 
 
 def test_the_longest_external_torque_counts_for_all_recordings() -> None:

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fit.simulated_legs import robot
+from leg_energy import energy
 from peers.mujoco_leg import simulate as peer
 from swing.effects.one_joint import INERTIA, OMEGA, RATE, leg
 from synth.arrays import Array
@@ -17,7 +18,7 @@ from synth.swing.effects import effect_named
 from synth.swing.lane_layout import DRIVE, LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
-from synth.swing.mechanics import coefficients, energy, mass_matrix, momentum_and_force, outboard_inertia
+from synth.swing.mechanics import coefficients, mass_matrix, momentum_and_force, outboard_inertia
 
 TIMES = np.linspace(0.0, 1.0, 101)
 
