@@ -15,6 +15,7 @@ from synth.diagnosis.unknown_cause import least_removed_share
 from synth.diagnosis.verdict import (
     CALIBRATED,
     Judgement,
+    hypotheses_that_pay,
     judge,
     rivals_with_doubt,
     with_coarse_counts,
@@ -126,6 +127,23 @@ def test_three_causes_are_named_far_from_the_noise_only_if_they_leave_nearly_not
     sets = far_off(left, *three), far_off(400.0, *three[:2])
     judged = judge(Hypotheses(far_off(1000.0), tuple(far_off(600.0, each) for each in three), sets), CALIBRATED)
     assert (judged.verdict, len(judged.accepted.keys)) == (verdict, count)
+
+
+@pytest.mark.parametrize("left", [300.0, 900.0])
+def test_far_from_the_noise_single_causes_none_and_unknown_are_one_in_all(left: float) -> None:
+    """A cause that removes a tenth of the gap gives most of its weight to none, and none of it is lost."""
+    judged = judge(Hypotheses(far_off(1000.0), (far_off(left, FRICTION), far_off(950.0, OFFSET)), ()), CALIBRATED)
+    assert sum(probability for _, probability in judged.singles) + judged.none + judged.unknown == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("left", "kept"), [(47.0, True), (48.5, False)])
+def test_a_pair_that_does_not_pay_is_a_rival_if_it_leaves_as_much(left: float, kept: bool) -> None:
+    """The pair that pays leaves 45: the other one 4 or 8 % more."""
+    none, singles = far_off(100.0), [far_off(60.0, FRICTION), far_off(90.0, OFFSET), far_off(90.0, SCALE)]
+    pays, other = far_off(45.0, FRICTION, OFFSET), far_off(left, FRICTION, SCALE)
+    found = hypotheses_that_pay([none, *singles, pays, other], CALIBRATED)
+    assert any(item is pays for item in found)
+    assert any(item is other for item in found) is kept
 
 
 def test_two_certain_causes_leave_more_doubt_than_one() -> None:
