@@ -1,6 +1,7 @@
 """A leg as URDF and as SDF, as far as these represent springs and dampers, with a warning for the rest.
 
-URDF's joints have a linear damping and a dry friction and no spring; SDF's also have a linear spring with a rest angle.
+URDF's joints have a linear damping and a dry friction and no spring, which stands in Gazebo's own elements of the file;
+SDF's also have a linear spring with a rest angle.
 Neither represents a torque-speed curve or a varying stiffness: a curve becomes the nearest straight line.
 Frames as in the MJCF: links hang along -z, joints turn about -y, angles are rotations q = sign * (measured - zero).
 """
@@ -21,6 +22,7 @@ from synth.files.joint_curves import linear_damping, without_held
 from synth.files.joint_springs import spring_torque
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers, tip_names
+from synth.files.robots.gazebo_extensions import REFERENCE, STIFFNESS
 from synth.files.xml_text import nested, xml_text
 from synth.remarks import noted
 from synth.swing.leg_model import Joint, Leg, Link
@@ -57,7 +59,11 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
         rate, friction, found = _dynamics(joint, float(fastest[index]))
         messages += [f"{joint.name}: {text}" for text in found]
         if joint.spring is not None and np.any(spring_torque(joint, np.array([-pi, pi]))):
-            messages.append(f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad is left out")
+            own = f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad stands in Gazebo's {STIFFNESS}"
+            messages.append(f"{own} and {REFERENCE}, which other simulators leave out")
+            spring = nested(root, "gazebo", reference=joint.name)
+            nested(spring, STIFFNESS, f"{joint.spring.rate:.10g}")
+            nested(spring, REFERENCE, f"{joint.rest:.10g}")
         child = joint.name + _LINK_END
         _urdf_link(root, child, joint, shown[index])
         kind = "continuous" if joint.range is None else "revolute"

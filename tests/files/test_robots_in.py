@@ -231,15 +231,21 @@ def test_tendons_that_are_no_dampers_are_said_to_be_left_out(tmp_path: Path) -> 
 
 def test_a_leg_written_as_urdf_is_read_again(tmp_path: Path) -> None:
     leg = out_and_in()
-    leg = replace(leg, joints=tuple(replace(joint, spring=None, armature=0.0) for joint in leg.joints))
+    leg = replace(leg, joints=tuple(replace(joint, armature=0.0) for joint in leg.joints))
     picked = robot_leg(written(tmp_path / "a.urdf", urdf_file(leg, FASTEST).text), leg.joint_names)
     again = picked.leg
     for a, b in zip(again.joints, leg.joints, strict=True):
-        same(replace(a, range=None), replace(b, range=None))
+        same(replace(a, range=None, spring=None), replace(b, range=None, spring=None))
+        assert a.spring is not None
+        assert b.spring is not None
+        assert (a.spring.rate, a.spring.free_angle) == pytest.approx((b.spring.rate, b.rest), rel=1e-9)
     # A URDF turns its base in the first joint's origin: the absolute rotation at a reading is the same.
     turned = again.tilt + again.to_rotation(np.zeros(3))
     np.testing.assert_allclose(turned[0], leg.tilt, atol=1e-9)
-    assert "URDF has no springs" in " ".join(picked.messages)
+    without = replace(leg, joints=tuple(replace(joint, spring=None) for joint in leg.joints))
+    bare = robot_leg(written(tmp_path / "b.urdf", urdf_file(without, FASTEST).text), leg.joint_names)
+    assert "URDF has no springs" in " ".join(bare.messages)
+    assert "URDF has no springs" not in " ".join(picked.messages)
 
 
 def test_urdf_frames_are_mujoco_s(tmp_path: Path) -> None:
