@@ -256,7 +256,7 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     if dimensions.encoder is not None:
         hole = insert_of(fixing_screw(dimensions.encoder.bolt_diameter).size).hole / 2
         ears -= dimensions.encoder.bolt_count * math.pi * hole**2 * plate
-    scale = _scale_volume(layout, plate)
+    scale = _scale_volume(dimensions, layout, plate)
     ears -= scale
     if layout.mirrored:
         screw = screw_of(layout.seat.screw)
@@ -276,11 +276,11 @@ def _sector_area(layout: JointLayout, arc: tuple[float, float], half: float) -> 
     return math.radians(arc[1] - arc[0]) * layout.plate.radius * 2 * half
 
 
-def _scale_volume(layout: JointLayout, plate: float) -> float:
+def _scale_volume(dimensions: JointDimensions, layout: JointLayout, plate: float) -> float:
     """Volume (mm^3) of slots, window, marks and pit in an ear."""
     half = screw_of(layout.seat.screw).hole / 2
     through = sum(_sector_area(layout, arc, half) for arc in (*_arcs(layout, half), _window(layout)))
-    return through * plate + ear_marks_volume(layout)
+    return through * plate + ear_marks_volume(dimensions, layout)
 
 
 def _socket_cuts(layout: JointLayout, inner: float) -> float:
