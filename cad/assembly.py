@@ -114,9 +114,9 @@ def _seat_step(joint: BuiltJoint) -> str:
         against = ", against the spring,"
         find = f"find its free angle, beyond the stop at {stop:.1f} deg, on which it would rest: {BY_TORQUES}"
     return (
-        f"turn the seat{against} to 0 on its scale and tighten its screws through the slots of the ear; with the "
-        f"damper still off, lay the joint on its side and {find}. Turn the seat to the setting that the design gives "
-        "for it"
+        f"turn the seat{against} to 0 on its scale (the longest marks meet) and tighten its screws through the "
+        f"slots of the ear; with the damper still off, lay the joint on its side and {find}. Turn the seat to the "
+        "setting that the design gives for it"
     )
 
 

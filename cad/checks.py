@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from synth.cad.chain_checks import check_chain
 from synth.cad.fittings import PrintDimensions
 from synth.cad.flexed_wire import effective_length
 from synth.cad.hardware_checks import check_axial_play, check_keyed, check_screws
@@ -181,11 +182,11 @@ def check_links(leg: BuiltLeg) -> list[CheckResult]:
 
 
 def check_leg(leg: BuiltLeg) -> tuple[CheckResult, ...]:
-    """Every gate of every joint, and of the links between them."""
+    """Every gate of every joint, of the links between them, and of parts of different joints."""
     results: list[CheckResult] = []
     for joint, link in zip(leg.joints, leg.links, strict=True):
         results += check_joint(joint, link, leg.dimensions.printing)
-    return (*results, *check_links(leg))
+    return (*results, *check_links(leg), *check_chain(leg))
 
 
 __all__ = [
@@ -193,6 +194,7 @@ __all__ = [
     "GateError",
     "check_arms",
     "check_axial_play",
+    "check_chain",
     "check_interference",
     "check_joint",
     "check_keyed",

@@ -20,8 +20,6 @@ from synth.cad.kernel import prism
 from synth.cad.layout import (
     BEARING_SUNK,
     SUNK_ASIDE,
-    VERNIER,
-    VERNIER_STEP,
     JointLayout,
     bearing_pocket,
     fixing_screw,
@@ -32,11 +30,10 @@ from synth.cad.mount import build_flange, flange_volume
 from synth.cad.outline import Hull, Point
 from synth.cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
 from synth.cad.screw_places import SocketScrew, bracket_screws, encoder_screws, socket_screw
+from synth.cad.seat_scale import ear_marks, ear_marks_volume
 from synth.cad.shaft_line import BLIND, ShaftLine, lay_shaft
 
 THINNEST_CHEEK = 2.0  # walls; least thickness of print beside the lower arm's slot and seat
-MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: printable with one line of 0.4 mm
-SCALE_STEP = 5.0  # deg, between the ear's marks
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
@@ -157,42 +154,13 @@ def _window(layout: JointLayout) -> tuple[float, float]:
     return layout.plate.window - half, layout.plate.window + half
 
 
-def scale_marks(layout: JointLayout) -> list[float]:
-    """Directions (deg) of the ear's marks, every 5 deg over the seat's travel and the vernier's ends."""
-    count = math.floor((layout.plate.travel + VERNIER_STEP * VERNIER[-1]) / SCALE_STEP)
-    return [layout.plate.window + SCALE_STEP * index for index in range(-count, count + 1)]
-
-
-def _mark(angle: float, inner: float, outer: float, face: float, depth: float) -> Any:
-    return box((inner, outer), (-MARK[0] / 2, MARK[0] / 2), (face - depth, face + 1)).rotate(
-        (0, 0, 0), (0, 0, 1), angle
-    )
-
-
-def _mark_ends(layout: JointLayout) -> tuple[float, float]:
-    """Radii (mm) between which the ear's marks run, outside the window."""
-    screw = screw_of(layout.seat.screw)
-    return layout.plate.radius + screw.hole / 2 + 0.3, layout.plate.radius + screw.washer / 2 + 0.3
-
-
-def _plus(dimensions: JointDimensions, layout: JointLayout) -> Point:
-    """The pit beside the window at its plus end: turning the seat towards it increases the free angle."""
-    marks = scale_marks(layout)
-    end = (marks[-1] - marks[0]) / 2 + 0.6 * SCALE_STEP
-    angle = math.radians(layout.plate.window - dimensions.closes * end)
-    radius = _mark_ends(layout)[0] + MARK[0]
-    return radius * math.cos(angle), radius * math.sin(angle)
-
-
 def _scale(dimensions: JointDimensions, layout: JointLayout, low: float, top: float) -> list[Any]:
-    """Cuts in an ear: the screws' slots, the window, the marks beside it and a pit at the plus end."""
+    """Cuts in an ear: the screws' slots, the window, its marks and its pit."""
     plate, half = layout.plate, screw_of(layout.seat.screw).hole / 2
     inner, outer = plate.radius - half, plate.radius + half
     cuts = [ring_sector(inner, outer, arc, low - 1, top + 1) for arc in _arcs(layout, half)]
     cuts.append(ring_sector(inner, outer, _window(layout), low - 1, top + 1))
-    cuts += [_mark(angle, *_mark_ends(layout), top, MARK[1]) for angle in scale_marks(layout)]
-    cuts.append(cylinder(MARK[0], top - MARK[1], top + 1, _plus(dimensions, layout)))
-    return cuts
+    return [*cuts, *ear_marks(dimensions, layout, top)]
 
 
 def _sunk(layout: JointLayout, top: float) -> list[Any]:
@@ -288,7 +256,7 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     if dimensions.encoder is not None:
         hole = insert_of(fixing_screw(dimensions.encoder.bolt_diameter).size).hole / 2
         ears -= dimensions.encoder.bolt_count * math.pi * hole**2 * plate
-    scale = _scale_volume(layout, plate)
+    scale = _scale_volume(dimensions, layout, plate)
     ears -= scale
     if layout.mirrored:
         screw = screw_of(layout.seat.screw)
@@ -308,13 +276,11 @@ def _sector_area(layout: JointLayout, arc: tuple[float, float], half: float) -> 
     return math.radians(arc[1] - arc[0]) * layout.plate.radius * 2 * half
 
 
-def _scale_volume(layout: JointLayout, plate: float) -> float:
+def _scale_volume(dimensions: JointDimensions, layout: JointLayout, plate: float) -> float:
     """Volume (mm^3) of slots, window, marks and pit in an ear."""
     half = screw_of(layout.seat.screw).hole / 2
     through = sum(_sector_area(layout, arc, half) for arc in (*_arcs(layout, half), _window(layout)))
-    inner, outer = _mark_ends(layout)
-    marks = len(scale_marks(layout)) * (outer - inner) * MARK[0] * MARK[1]
-    return through * plate + marks + math.pi * MARK[0] ** 2 * MARK[1]
+    return through * plate + ear_marks_volume(dimensions, layout)
 
 
 def _socket_cuts(layout: JointLayout, inner: float) -> float:

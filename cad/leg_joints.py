@@ -221,6 +221,11 @@ def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], ind
     return length - layouts[index + 1].upper_bottom if index + 1 < len(layouts) else length
 
 
+def link_name(dimensions: JointDimensions) -> str:
+    """The name of the tube attached to a joint's lower half."""
+    return f"{file_name(dimensions.name)}_link"
+
+
 def _link(
     dimensions: JointDimensions, layout: JointLayout, length: float, following: Sequence[JointLayout]
 ) -> BuiltPart:
@@ -234,7 +239,7 @@ def _link(
     drilled = tube.cut(*(cylinder(radius, -outer - 1, outer + 1, (0.0, y)) for radius, y in holes)).Solids()[0]
     exact = math.pi * (outer**2 - inner**2) * length - sum(cross_volume(outer, inner, radius) for radius, _ in holes)
     return BuiltPart(
-        name=f"{file_name(dimensions.name)}_link",
+        name=link_name(dimensions),
         family="link",
         group="lower",
         solid=drilled,

@@ -14,11 +14,12 @@ from synth.cad import kernel
 from synth.cad.arm_layout import ArmLayout
 from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Screw, insert_of, screw_of
-from synth.cad.hinge import MARK, box, cylinder, in_arm_frame, v_groove
+from synth.cad.hinge import cylinder, in_arm_frame, v_groove
 from synth.cad.kernel import prism
-from synth.cad.layout import VERNIER, VERNIER_STEP, JointLayout
+from synth.cad.layout import JointLayout
 from synth.cad.outline import Point
 from synth.cad.outlines import plate_outline
+from synth.cad.seat_scale import plate_marks
 
 
 def build_plate(dimensions: JointDimensions, layout: JointLayout) -> Any:
@@ -31,15 +32,8 @@ def build_plate(dimensions: JointDimensions, layout: JointLayout) -> Any:
         cylinder(plate_bore(dimensions), plate.bottom - 1, plate.top + 1),
         v_groove(arm, dimensions.spring.wire_diameter, -1),
         *(cylinder(hole, pad - 1, plate.top + 1, at) for at in (*arm.screws, *plate.screws)),
+        *plate_marks(layout),
     ]
-    slot = screw_of(layout.seat.screw).hole / 2
-    for index in VERNIER:
-        mark = box(
-            (plate.radius - slot + 0.3, plate.radius + slot - 0.3),
-            (-MARK[0] / 2, MARK[0] / 2),
-            (plate.top - MARK[1], plate.top + 1),
-        )
-        cuts.append(mark.rotate((0, 0, 0), (0, 0, 1), plate.window + VERNIER_STEP * index))
     return body.cut(*cuts)
 
 

@@ -158,7 +158,7 @@ def _draw_solids(
     from synth.design.solid_work import checked_leg, failures_of, written_leg
 
     leg = checked_leg(solids.dimensions, *known)
-    notes, whole = [*solids.notes, *_wobbly_sentence(leg.record["print"])], True
+    notes, whole = [*solids.notes, *leg.notes, *_wobbly_sentence(leg.record["print"])], True
     files: list[ExportedFile] = []
     failures: dict[str, CheckResult] = {}
     try:

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.design.chain_work import Built, Packed, check_chain_of, leg_of_copies
 from synth.shared_calls import ResultOf, SideCall
 from synth.side_processes import carried_out, packed, process_count, unpacked
 
 if TYPE_CHECKING:
     from synth.cad import BuiltLeg, CheckResult, ExportedFile, LegDimensions
+    from synth.cad.chain_checks import Shadow
     from synth.cad.joint import BuiltJoint
     from synth.design.part_masses import PartMass, Pieces
 
-Packed = tuple[bytes, bytes]  # a joint and its link, to send them to any process
-Built = Sequence[Packed]
 # Weighed masses (kg) by part, numbers of dampers and springs by joint.
 Known = tuple[Mapping[str, float], Mapping[str, "Pieces"]]
 
@@ -86,7 +85,7 @@ class CheckedLeg:
     """All checks of a leg in their order; ``record``: the entries ``print``, ``parts``, ``joints`` and ``assembly``.
 
     ``orders`` : by name, what each part that is bought by a standard or cut is ordered by, ``StandardPart.as_json``.
-    ``built`` : each joint with its link, for ``written_leg``.
+    ``built`` : each joint with its link, for ``written_leg``. ``notes`` : sentences on what no check forbids.
     """
 
     checks: tuple[CheckResult, ...]
@@ -94,6 +93,7 @@ class CheckedLeg:
     orders: dict[str, Any]
     masses: list[dict[str, Any]]
     built: Built
+    notes: list[str]
 
     @property
     def passed(self) -> bool:
@@ -145,24 +145,26 @@ def checked_leg(dimensions: LegDimensions, weighed: Mapping[str, float], pieces:
     count = len(names)
     # A process that has built its joints checks while another one still builds.
     calls = [SideCall(_pack_joint, (dimensions, k), home) for k, home in homes]
-    calls += [SideCall(_of_motion, (ResultOf(k),)) for k in range(count)]
+    calls += [SideCall(_of_motion, (k, ResultOf(k))) for k in range(count)]
     calls += [SideCall(_of_parts, (dimensions, k, (weighed, pieces)), home) for k, home in homes]
     # A link's check needs the joint that follows.
     calls += [SideCall(_of_link, (dimensions, k - 1, ResultOf(k - 1)), home) for k, home in homes[1:]]
     found = carried_out(calls)
     built, moving, parts, links = (found[k * count : (k + 1) * count] for k in range(4))
     checks = [
-        c for (motion, _), part in zip(moving, parts, strict=True) for c in (*part.alone, *motion, *part.printing)
+        c for (motion, *_), part in zip(moving, parts, strict=True) for c in (*part.alone, *motion, *part.printing)
     ]
     record = {
         "print": [plan for part in parts for plan in part.plans],
         "parts": [item for part in parts for item in part.parts],
-        "joints": {name: json for name, (_, json) in zip(names, moving, strict=True)},
+        "joints": {name: json for name, (_, json, _) in zip(names, moving, strict=True)},
         "assembly": {name: part.steps for name, part in zip(names, parts, strict=True)},
     }
     masses = [mass for part in parts for mass in part.masses]
     orders = {name: order for part in parts for name, order in part.orders.items()}
-    return CheckedLeg((*checks, *(check for link in links for check in link)), record, orders, masses, built)
+    chain, notes = check_chain_of(dimensions, built, [shadows for _, _, shadows in moving])
+    checks += [*(check for link in links for check in link), *chain]
+    return CheckedLeg(tuple(checks), record, orders, masses, built, notes)
 
 
 def _homes(dimensions: LegDimensions) -> list[tuple[int, int | None]]:
@@ -182,22 +184,13 @@ def _pack_joint(dimensions: LegDimensions, index: int) -> Packed:
     return packed(leg.joints[index]), packed(leg.links[index])
 
 
-@lru_cache(maxsize=1)  # its files are written, and it is drawn, in several calls
-def _leg_of_copies(dimensions: LegDimensions, built: tuple[Packed, ...]) -> BuiltLeg:
-    """The leg of copies."""
-    from synth.cad.leg_joints import BuiltWhenUsed, build_leg
-
-    joints = BuiltWhenUsed(len(built), lambda index: unpacked(built[index][0]))
-    links = BuiltWhenUsed(len(built), lambda index: unpacked(built[index][1]))
-    return replace(build_leg(dimensions), joints=joints, links=links)
-
-
-def _of_motion(packed: Packed) -> tuple[list[CheckResult], dict[str, Any]]:
-    """Checks of a joint's moving parts, and its entry in the record."""
+def _of_motion(index: int, packed: Packed) -> tuple[list[CheckResult], dict[str, Any], list[Shadow]]:
+    """Checks of a joint's moving parts, its entry in the record, and the shadows of its parts."""
+    from synth.cad.chain_checks import shadows_of
     from synth.cad.checks import check_interference
 
     joint, link = (unpacked(each) for each in packed)
-    return check_interference(joint, link), _joint_json(joint)
+    return check_interference(joint, link), _joint_json(joint), shadows_of(index, joint, link)
 
 
 def _of_parts(dimensions: LegDimensions, index: int, known: Known) -> _Parts:
@@ -286,14 +279,14 @@ def _write_leg(dimensions: LegDimensions, built: Built, folder: Path) -> list[Ex
     """The assembly of the whole leg."""
     from synth.cad.export import write_assembly
 
-    return write_assembly(_leg_of_copies(dimensions, tuple(built)), None, folder)
+    return write_assembly(leg_of_copies(dimensions, tuple(built)), None, folder)
 
 
 def _write_others(dimensions: LegDimensions, built: Built, folder: Path) -> list[ExportedFile]:
     """The files of the whole leg for printing, viewing and cutting."""
     from synth.cad.export import write_for_others
 
-    return write_for_others(_leg_of_copies(dimensions, tuple(built)), folder)
+    return write_for_others(leg_of_copies(dimensions, tuple(built)), folder)
 
 
 def _draw_leg(dimensions: LegDimensions, built: Built, folder: Path) -> list[ExportedFile] | str:
@@ -302,7 +295,7 @@ def _draw_leg(dimensions: LegDimensions, built: Built, folder: Path) -> list[Exp
     from synth.cad.export import draw_whole
 
     try:
-        return draw_whole(_leg_of_copies(dimensions, tuple(built)), folder)
+        return draw_whole(leg_of_copies(dimensions, tuple(built)), folder)
     except cad.PreviewError as error:
         return str(error)
 

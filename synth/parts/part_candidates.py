@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import degrees
+from math import ceil, degrees
 from typing import Generic, TypeVar
 
 from synth.errors import CannotBeHad, UserError
@@ -48,22 +48,33 @@ def spring_candidates(
     kept, reasons = [], Counter[str]()
     parts = of_family(parts, catalogue.springs)
     rate /= count
-    nearest = min(
-        (row for row in catalogue.springs if row.choosable and row.rate),
-        key=lambda row: abs((row.rate or 0.0) / rate - 1.0),
-        default=None,
-    )
     for row in catalogue.springs:
         reason = spring_reason(row, choice, rate, parts, count)
         if reason is None:
             kept.append(row)
         else:
             reasons[reason] += 1
-    comparison = ""
-    if nearest is not None and nearest.rate is not None:
-        off = f"{nearest.rate / rate - 1:+.0%} from {rate:.4g}"
-        comparison = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad as sold, without its arms, {off}"
-    return Candidates(tuple(kept), dict(sorted(reasons.items())), comparison)
+    nearest = _nearest_spring(catalogue, choice, rate * count, parts)
+    return Candidates(tuple(kept), dict(sorted(reasons.items())), nearest)
+
+
+def _nearest_spring(catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions) -> str:
+    """What comes nearest to a rate (N m/rad), up to ``parallel`` springs of it, and the tolerance that would take it.
+
+    The nearest of those that meet all other constraints, if any does: no tolerance helps the others.
+    """
+    counts = range(1, choice.parallel + 1)
+    usable = [(row, count) for row in catalogue.springs if row.choosable and row.rate for count in counts]
+    meeting = [each for each in usable if spring_reason(each[0], choice, None, parts, each[1]) is None]
+    if not usable:
+        return ""
+    row, count = min(meeting or usable, key=lambda each: (abs((each[0].rate or 0.0) * each[1] / rate - 1.0), each[1]))
+    total = (row.rate or 0.0) * count
+    name = f"{count} x {row.part}" if count > 1 else row.part
+    off_by = f"{total / rate - 1:+.0%} from {rate:.4g}"
+    text = f"{name} comes nearest with {total:.4g} N*m/rad as sold, without its arms, {off_by}"
+    off = ceil(abs(total / rate - 1.0) * 20.0) * 5  # with some room: the wanted rate goes with the links' masses
+    return f"{text}; rate_tolerance: {off} % takes it" if meeting and off > 100 * choice.rate_tolerance else text
 
 
 def _cannot_be_used(kind: str, row: TorsionSpringRow | DamperRow) -> UserError:

@@ -92,6 +92,7 @@ def test_the_free_angle_is_measured_before_the_damper_is_on():
     steps = [step.text for step in assembly(build_joint(cleared(KNEE)))]
     read = next(k for k, text in enumerate(steps) if "read the angle at which it comes to rest" in text)
     assert read + 1 == next(k for k, text in enumerate(steps) if text.startswith("put the damper on"))
+    assert "0 on its scale (the longest marks meet)" in steps[read]
     assert (
         steps[read].index("0 on its scale") < steps[read].index("damper still off") < steps[read].index("the setting")
     )

@@ -85,9 +85,9 @@ def test_the_pit_of_the_scale_lies_where_the_free_angle_grows(drawn):
     """
     plate, flips = drawn.layout.plate, drawn.layout.flips
     top, way = drawn.layout.gap_b + drawn.layout.ear, drawn.dimensions.sign * flips[0]  # a mirror turns senses round
-    last = 5.0 * math.floor((plate.travel + 8.0) / 5.0)  # of the ear's marks
-    ring, heights = (plate.radius + 2.0, plate.radius + 3.0), (top - 0.4, top - 0.1)
-    sides = [sorted(plate.window + side * (last + beyond) for beyond in (1.3, 4.8)) for side in (way, -way)]
+    end = plate.travel + 10.0  # of the window
+    ring, heights = (plate.radius - 2.8, plate.radius - 1.9), (top - 0.4, top - 0.1)
+    sides = [sorted(plate.window + side * (end - before) for before in (2.0, 6.0)) for side in (way, -way)]
     shares = [filled(drawn, "upper", ring, sector, heights) for sector in sides]
     assert shares[1] > 0.99
     assert shares[0] < 0.5

@@ -17,7 +17,7 @@ from synth.design.drawable_springs import reasons_not_drawn
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedRelease, WantedResponse
 from synth.design.spring_warnings import spring_warnings, stop_warnings
-from synth.errors import UserError
+from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
@@ -278,3 +278,16 @@ def test_a_leg_whose_nearest_spring_is_too_narrow_is_drawn_with_another(tmp_path
     assert made.drawn.dimensions.joints[0].spring.mean_diameter > 8.0
     assert made.springs.left_out[0]["the coil would close on the shaft of 8 mm (cad.shaft_diameter)"] >= 1
     assert degrees(made.errors[0]) < 3.0
+
+
+def test_a_refusal_for_the_rate_names_the_nearest_number_of_springs_and_the_tolerance_that_takes_it(
+    tmp_path: Path,
+) -> None:
+    """One THICK has 1.14 N*m/rad; of 2.59 two are 12 % off. THIN is nearer, 2 x 1.45, but is no 3 mm wire."""
+    asked = source(table(tmp_path, "THIN", "THICK"), make=False, parallel=2, rate_tolerance=0.1, min_wire_diameter=3e-3)
+    wanted = 2.59
+    with pytest.raises(CannotBeHad, match=r"2 x THICK comes nearest with .* -12% from .*rate_tolerance: 15 % takes it"):
+        spring_options(asked, wanted)
+    wider = replace(asked, choice=replace(asked.choice, rate_tolerance=0.15))
+    (option, *_), _, _ = spring_options(wider, wanted)
+    assert option.count == 2
