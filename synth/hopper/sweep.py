@@ -13,11 +13,21 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.hopper_tolerances import groups, intervals
+from synth.hopper.hopper_tolerances import intervals, outcomes_of_copies
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, TOO_STIFF, column_of, known_heights
+from synth.jump.outcomes import (
+    LANDED_AGAIN,
+    LIMITS,
+    N_OUTCOME,
+    OUT_OF_REACH,
+    OUTCOMES,
+    STATUS,
+    TOO_STIFF,
+    column_of,
+    known_heights,
+)
 from synth.jump.point_mass import point_mass_outcomes
 from synth.threads import as_they_finish
 
@@ -25,7 +35,6 @@ if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
 CHUNK = 2048  # designs, a third of a second of one core without intervals
-OUT_OF_REACH = -1.0  # status of a design whose links do not reach the crouch
 OBJECTIVES = {  # name -> +1 more is better, -1 less is
     "clearance": 1, "relative_height": 1, "total_height": 1, "energy": -1, "peak_gear_torque": -1,
 }  # fmt: skip
@@ -55,7 +64,8 @@ class SweepProblem:
 class Sweep:
     """Every design's outcome; all arrays (n_design,), motor by motor, lengths rising.
 
-    ``clearance_low``, ``clearance_high``: nan if no interval was requested, or a copy for it is too stiff.
+    ``clearance_low``, ``clearance_high``: nan if no interval was requested, or a copy for it is too stiff or
+    cannot start.
     """
 
     problem: SweepProblem
@@ -196,13 +206,12 @@ def _jumps(problem: SweepProblem, index: int, length: Array) -> Array:
             jump = mujoco_jump(problem.leg.with_length(float(each)), motor, problem.contact, model)
             found[:N_OUTCOME, i] = column_of(jump.outcome)
         return found
-    jumper = compiled_jump(problem.leg.bending)
     if not problem.with_intervals:
+        jumper = compiled_jump(problem.leg.bending)
         found[:N_OUTCOME] = jumper.run(lanes(problem.leg, motor, problem.contact, model, length))
         return found
-    made = groups(problem.leg, motor, problem.contact, model, problem.tolerances[index], length)
-    for i, each in enumerate(made):
-        outcome = jumper.run(each)
+    made = outcomes_of_copies(problem.leg, motor, problem.contact, model, problem.tolerances[index], length)
+    for i, outcome in enumerate(made):
         found[:N_OUTCOME, i] = outcome[:, 0]
         _, low, high = intervals(known_heights(outcome)[None, :])
         found[N_OUTCOME, i], found[N_OUTCOME + 1, i] = low[0], high[0]

@@ -13,7 +13,8 @@ import synth
 from synth.arrays import Array
 from synth.files.output import sha256_file, write_csv
 from synth.files.text_forms import csv_text
-from synth.hopper.study import Study, warnings_of
+from synth.hopper.study import Study
+from synth.hopper.study_warnings import warnings_of
 from synth.jump.hopper_leg import Motor
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS

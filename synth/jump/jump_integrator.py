@@ -25,6 +25,7 @@ from synth.jump.outcomes import (
     ENERGY,
     GEAR_TORQUE_AT_START,
     LANDED_AGAIN,
+    LEVEL,
     LIFTED,
     N_OUTCOME,
     PEAK_BEND,
@@ -228,7 +229,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                     ended = LANDED_AGAIN
                 elif t >= duration and at <= 0.0 and outcome[CLEARANCE, lane] > LIFTED:
                     ended = LANDED_AGAIN  # and stands, without ever having fallen so fast
-                elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:  # sine of the last piece at its limit
+                elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > LEVEL:
                     ended = COLLAPSED
                 elif (
                     (t >= duration and at <= 0.0)
