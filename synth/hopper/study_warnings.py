@@ -9,7 +9,8 @@ import numpy as np
 from synth.hopper.hopper_tolerances import startable
 from synth.hopper.motors import estimates_of
 from synth.hopper.study import Study
-from synth.jump.outcomes import LANDED_AGAIN, TOO_STIFF
+from synth.jump.hopper_leg import LOCKED, lower_angles
+from synth.jump.outcomes import LANDED_AGAIN, OUT_OF_REACH, TOO_STIFF
 from synth.remarks import Remark, decisive, noted
 
 MOST_VOLTAGE = 1.5  # times the rated one, an assumption: makers state no limit in the catalogues' sources
@@ -38,6 +39,33 @@ def _without_interval(found: Study) -> list[str]:
         texts.append(f"{bent} designs have no interval: {why}")
     if stiff := int((missing & ~stuck).sum()):
         texts.append(f"{stiff} designs have no interval: at a tolerance's end they are too stiff to simulate")
+    return texts
+
+
+def _at_an_edge(found: Study, best: int) -> list[str]:
+    """That the chosen length is the last of the sweep, or the last whose crouch the links reach."""
+    sweep, lengths = found.sweep, found.project.lengths
+    n = len(lengths)
+    if n <= 2:
+        return []
+    place, first = best % n, best - best % n
+    reached = np.flatnonzero(sweep.status[first : first + n] != OUT_OF_REACH)
+    texts = []
+    for end, beyond, word, other in ((reached[0], -1, "shortest", "shorter"), (reached[-1], 1, "longest", "longer")):
+        if place != end:
+            continue
+        if not 0 <= place + beyond < n:
+            texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
+            continue
+        lower = np.degrees(lower_angles(found.project.leg, np.array([lengths[place], lengths[place + beyond]])))
+        if lower[1] <= np.degrees(LOCKED):
+            why = f"{other} legs cannot start from it"
+        else:  # also if they do not reach at all
+            why = f"{np.degrees(LOCKED) - lower[0]:.1f} deg before the lower links lock"
+        texts.append(Remark(
+            f"the chosen length is the {word} in reach, set by the crouch: {why}; the optimum may lie beyond",
+            remedy=f"Write another `crouch` under leg to compare {other} legs too.",
+        ))  # fmt: skip
     return texts
 
 
@@ -110,8 +138,6 @@ def warnings_of(found: Study) -> list[str]:
             remedy="Give the leg a softer stop (leg: stop_rate, stop_dissipation), or switch the motors off before it.",
         ))  # fmt: skip
     texts += [f"{row.part}: {text}" for text in estimates_of(row, found.project.motor_options)]
-    edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
-    if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):
-        texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
+    texts += _at_an_edge(found, found.best)
     texts += [noted(text) for text in found.ladder_notes.values()]
     return texts
