@@ -19,7 +19,7 @@ from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, i
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import LEVEL, OUT_OF_REACH, STATUS
+from synth.jump.outcomes import LEVEL, OUT_OF_REACH, PEAK_GEAR_TORQUE, STATUS, known_values
 
 UNIFORM = 0.9  # the 90 % end of a uniform distribution over [-1, 1]
 QUANTITIES = (
@@ -104,6 +104,12 @@ def intervals(clearance: Array) -> tuple[Array, Array, Array]:
     down = np.sqrt((np.minimum(change, 0.0).min(axis=0) ** 2).sum(axis=1))
     up = np.sqrt((np.maximum(change, 0.0).max(axis=0) ** 2).sum(axis=1))
     return nominal, np.maximum(0.0, nominal - down), nominal + up
+
+
+def torque_interval(found: Array) -> tuple[float, float]:
+    """Low and high, N m, of one design's peak gear torque from outcomes (n_outcome, 16); nan if a copy's is unknown."""
+    _, low, high = intervals(known_values(found, PEAK_GEAR_TORQUE)[None, :])
+    return float(low[0]), float(high[0])
 
 
 def contributions(clearance: Array) -> dict[str, tuple[float, float]]:

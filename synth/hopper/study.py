@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from synth.errors import UserError
 from synth.files.hopper_project import HopperProject, model_problem, motor_problem
 from synth.files.hopper_sections import MOST_INTERVALS
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.hopper_tolerances import contributions, intervals, outcomes_of_copies
+from synth.hopper.hopper_tolerances import contributions, intervals, outcomes_of_copies, torque_interval
 from synth.hopper.motors import chosen_rows, motor_of
 from synth.hopper.sweep import OBJECTIVES, Sweep, SweepProblem, pareto_front, run_sweep
 from synth.jump.hopper_leg import HopperLeg, HopperTolerances, Motor, in_reach
@@ -88,6 +88,7 @@ class Study:
     leaning: list[LeaningDesign]
     trace: Array | None
     total_ends: tuple[float, float] | None = None  # 90 % interval of the choice's total height, m
+    torque_ends: Array = field(default_factory=lambda: np.empty((2, 0)))  # (2, n_design) N m, of the peak gear torque
 
     @property
     def best_leg(self) -> HopperLeg:
@@ -119,6 +120,12 @@ class Study:
         torque = self.torque_after_takeoff
         limit = None if torque is None else self.best_motor.torque_limit
         return torque is not None and limit is not None and torque > limit
+
+    @property
+    def over_limit_at_end(self) -> NDArray[np.bool_]:
+        """Designs that jump within their gearbox's limit, which the upper 90 % end of their torque exceeds."""
+        within = (self.sweep.status == LANDED_AGAIN) & ~self.sweep.over_limit()
+        return np.asarray(within & (self.torque_ends[1] > self.sweep.limits()))
 
     @property
     def none_because(self) -> str:
@@ -172,15 +179,17 @@ def study(
         sweep = run_sweep(problem, checkpoint, cluster=cluster, progress=progress)
     allowed = sweep.feasible(project.gearbox)
     front = pareto_front(sweep, project.objectives, allowed) if allowed.any() else []
-    low, high = sweep.clearance_low.copy(), sweep.clearance_high.copy()
+    low, high, torques = sweep.clearance_low.copy(), sweep.clearance_high.copy(), sweep.torque_ends.copy()
     best = _best(sweep, project.choose, allowed)
     if not problem.with_intervals and problem.model.engine == "lanes":
         with stage("intervals of the front"):
             for index in {*front, *([] if best is None else [best])}:
-                found = known_heights(_group(problem, index))
-                _, low[index : index + 1], high[index : index + 1] = intervals(found[None, :])
+                found = _group(problem, index)
+                _, low[index : index + 1], high[index : index + 1] = intervals(known_heights(found)[None, :])
+                torques[:, index] = torque_interval(found)
     if best is None:
-        return Study(project, rows, sweep, front, low, high, None, (), {}, [], {}, [], None)
+        return Study(project, rows, sweep, front, low, high, None, (), {}, [], {}, [], None,
+                     torque_ends=torques)  # fmt: skip
     leg = project.leg.with_length(float(sweep.length[best]))
     motor = problem.motors[sweep.motor[best]]
     with stage("the chosen design by every model (the planar form compiles once on this machine, some 10 s)"):
@@ -196,7 +205,7 @@ def study(
         ends = None if np.isnan(least[0]) else (float(least[0]), float(most[0]))
     return Study(
         project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best), changes,
-        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)), ends,
+        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)), ends, torques,
     )  # fmt: skip
 
 

@@ -69,6 +69,26 @@ def _at_an_edge(found: Study, best: int) -> list[str]:
     return texts
 
 
+def _torques_at_their_end(found: Study, best: int) -> list[str]:
+    """That the upper 90 % end of the choice's gear torque, or of designs that ``stop`` lets through, is too large."""
+    over, texts = found.over_limit_at_end, list[str]()
+    where = "peak_gear_torque_high of designs.csv"
+    if over[best]:
+        torque, high = found.sweep.values["peak_gear_torque"][best], found.torque_ends[1, best]
+        texts.append(Remark(
+            f"the chosen design: its gear carries {torque:.3f} N*m in the push, but {high:.3f} N*m at the 90 % end "
+            f"of its tolerances, above the gearbox's {found.best_motor.torque_limit:.3f} N*m", "decide",
+            remedy=f"Choose a design whose {where} is below the limit, or a stronger gearbox.",
+        ))  # fmt: skip
+    if found.project.gearbox == "stop" and over.any():
+        of = int(found.sweep.feasible("stop").sum())
+        texts.append(Remark(
+            f"gearbox: stop judges the nominal torque: at the 90 % end of the tolerances {int(over.sum())} of {of} "
+            "feasible designs exceed their gearbox's limit", remedy=f"See {where}.",
+        ))  # fmt: skip
+    return texts
+
+
 def overvoltage_sentence(found: Study) -> str:
     """A sentence on motors whose supply is far above their rated voltage; empty if there are none."""
     supply = found.project.motor_options.supply
@@ -129,6 +149,7 @@ def warnings_of(found: Study) -> list[str]:
     if limit := sweep.limit_text(found.best):
         way_out = "motors: {gearbox: stop} leaves such designs out"
         texts.append(decisive(f"the chosen design: {limit}; the gear may break ({way_out})"))
+    texts += _torques_at_their_end(found, found.best)
     if found.breaks_after_takeoff:
         limit_of = f"the gearbox's {found.best_motor.torque_limit:.3f} N*m"
         texts.append(Remark(
