@@ -33,10 +33,10 @@ def check_opening(result: Result) -> Opening:
 def _figures(result: Result) -> Figures | None:
     causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
     joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") not in ("base", "all")))
-    shown = {(c.get("effect"), c.get("joint")): c.get("visible_from") for c in causes}
+    shown = {(c.get("effect"), c.get("joint")): c for c in causes}
     rows = []
     for effect in ASKED:
-        cells = [Cell(size_text(shown.get((effect, joint)))) for joint in joints]
+        cells = [Cell(cause_size(shown.get((effect, joint)))) for joint in joints]
         if any((effect, joint) in shown for joint in joints):
             rows.append([Cell(effect.replace("_", " ")), *cells])
     if not rows:
@@ -44,6 +44,14 @@ def _figures(result: Result) -> Figures | None:
     share = result.content.get("remainder_assumed")
     note = f"Smallest detectable size, with {100 * float(share or 0):g} % of the motion unexplained."
     return Figures(("Cause", *joints), rows, note)
+
+
+def cause_size(cause: object) -> str:
+    """The smallest detectable size of a cause; one that is not plausible is said to be so; a dash without any."""
+    if not isinstance(cause, Mapping):
+        return "–"
+    only = cause.get("only_from")
+    return f"only from {size_text(only)}, implausible" if only else size_text(cause.get("visible_from"))
 
 
 def size_text(visible: object) -> str:

@@ -167,12 +167,17 @@ def _figures(document: Json) -> Figures:
             for name, key in (("Clearance", "clearance"), ("Total height", "total_height"))
         ),
         [Cell("Relative height"), Cell(brief(best.get("relative_height")), interval_text(best.get("relative_height")))],
-        [Cell("Peak gear torque, push"), Cell(brief(best.get("peak_gear_torque")), _bears(limit))],
+        [Cell("Peak gear torque, push"), Cell(brief(best.get("peak_gear_torque")), _torque_ends(best, limit))],
         *([[Cell("Peak gear torque, at the stop"), Cell(brief(after), _bears(limit))]] if after else []),
         [Cell("Peak current, both motors"), Cell(brief(best.get("peak_current")))],
         [Cell("Energy of a jump"), Cell(brief(best.get("energy")))],
     ]
     return Figures(("Chosen leg", ""), rows)
+
+
+def _torque_ends(best: Json, limit: object) -> str:
+    ends = interval_text(best.get("peak_gear_torque"))
+    return "; ".join(part for part in (f"90 %: {ends}" if ends else "", _bears(limit)) if part)
 
 
 def _bears(limit: object) -> str:

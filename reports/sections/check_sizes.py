@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from synth.reports.openings.check_opening import size_text
+from synth.reports.openings.check_opening import cause_size, size_text
 from synth.reports.quantities import number
 from synth.reports.reading import Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
@@ -25,7 +25,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         for rival in sequence(cause, "looks_like")[:MOST_RIVALS]:
             angle = mapping(rival, "angle").get("value")
             rivals.append({"name": name_of(rival), "angle": number(angle, 2), "from": _from(rival)})
-        rows.append({"name": name_of(cause), "size": size_text(cause.get("visible_from")), "rivals": rivals})
+        rows.append({"name": name_of(cause), "size": cause_size(cause), "rivals": rivals})
     return {"rows": rows}
 
 

@@ -75,22 +75,25 @@ def _findings(findings: Sequence[Json]) -> list[str]:
 def _sizes(causes: Sequence[Json]) -> str:
     """One row per common cause, one column per joint."""
     joints = list(dict.fromkeys(cause["joint"] for cause in causes if cause["joint"] not in ("base", "all")))
-    shown = {(cause["effect"], cause["joint"]): cause["visible_from"] for cause in causes}
+    shown = {(cause["effect"], cause["joint"]): cause for cause in causes}
     rows = [["", *joints]]
     for effect in ASKED:
         if any((effect, joint) in shown for joint in joints):
-            rows.append([effect.replace("_", " "), *(_size(shown.get((effect, joint), {})) for joint in joints)])
+            rows.append([effect.replace("_", " "), *(_size(shown.get((effect, joint))) for joint in joints)])
     return table_text(rows)
 
 
-def _size(visible: Json | None) -> str:
+def _size(cause: Json | None) -> str:
     """The first strength; ``none`` where no size is detectable, ``-`` where the cause does not apply."""
-    if visible is None:
-        return "none"
-    if not visible:
+    if cause is None:
         return "-"
-    first = next(iter(visible.values()))
-    return f"{significant(first['value'], 2)} {first['unit']}"
+    visible, only = cause["visible_from"], cause.get("only_from")
+    shown = visible or only
+    if not shown:
+        return "none" if visible is None else "-"
+    first = next(iter(shown.values()))
+    size = f"{significant(first['value'], 2)} {first['unit']}"
+    return size if visible else f"only from {size}, implausible"
 
 
 def _clusters(clusters: Sequence[Json]) -> list[str]:

@@ -7,15 +7,19 @@ The interval is the nominal clearance minus and plus the root of the sum of squa
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.hopper.motors import with_loss, with_speed, with_torque
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_models import Model, lanes
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import LEVEL, OUT_OF_REACH, PEAK_GEAR_TORQUE, STATUS, known_values
 
 UNIFORM = 0.9  # the 90 % end of a uniform distribution over [-1, 1]
 QUANTITIES = (
@@ -54,18 +58,39 @@ def groups(
 ) -> Array:
     """(n_design, n_row, 16) lanes of ``copies`` for each length (n_design,) m; the last lane repeats the nominal one.
 
-    A crouch that a copy's links cannot reach is left unchanged.
+    A crouch from which a copy cannot start, see ``startable``, is left unchanged: such a copy's outcome means nothing.
     """
     made = copies(leg, motor, tolerances)
     nominal = lanes(leg, motor, contact, model, length)
     columns = [nominal]
-    for bent, other in made[1:]:
-        reach = in_reach(bent, length)
+    for (bent, other), starts in zip(made[1:], startable(leg, motor, tolerances, length).T[1:], strict=False):
         column = nominal.copy()
-        column[:, reach] = lanes(bent, other, contact, model, length[reach])
+        column[:, starts] = lanes(bent, other, contact, model, length[starts])
         columns.append(column)
     columns += [nominal] * (LANES - len(columns))
     return np.stack(columns).transpose(2, 1, 0)
+
+
+def startable(leg: HopperLeg, motor: Motor, tolerances: HopperTolerances, length: Array) -> NDArray[np.bool_]:
+    """(n_design, 16) whether each lane of ``groups`` can start: not with level lower links, nor beyond its stop.
+
+    A design is not swept whose lower links stand within 10 deg of level (``LOCKED``); as built it may well do so.
+    """
+    level = float(np.arcsin(LEVEL))
+    found = [in_reach(bent, length, level) for bent, _ in copies(leg, motor, tolerances)]
+    return np.stack([*found, *[found[0]] * (LANES - len(found))], axis=1)
+
+
+def outcomes_of_copies(
+    leg: HopperLeg, motor: Motor, contact: Contact, model: Model, tolerances: HopperTolerances, length: Array
+) -> Iterator[Array]:
+    """Outcomes (n_outcome, 16) of ``groups``, one design after the other; copies that cannot start are out of reach."""
+    jumper = compiled_jump(leg.bending)
+    starts = startable(leg, motor, tolerances, length)
+    for lanes_of_one, mask in zip(groups(leg, motor, contact, model, tolerances, length), starts, strict=True):
+        found = jumper.run(lanes_of_one)
+        found[STATUS, ~mask] = OUT_OF_REACH
+        yield found
 
 
 def intervals(clearance: Array) -> tuple[Array, Array, Array]:
@@ -79,6 +104,12 @@ def intervals(clearance: Array) -> tuple[Array, Array, Array]:
     down = np.sqrt((np.minimum(change, 0.0).min(axis=0) ** 2).sum(axis=1))
     up = np.sqrt((np.maximum(change, 0.0).max(axis=0) ** 2).sum(axis=1))
     return nominal, np.maximum(0.0, nominal - down), nominal + up
+
+
+def torque_interval(found: Array) -> tuple[float, float]:
+    """Low and high, N m, of one design's peak gear torque from outcomes (n_outcome, 16); nan if a copy's is unknown."""
+    _, low, high = intervals(known_values(found, PEAK_GEAR_TORQUE)[None, :])
+    return float(low[0]), float(high[0])
 
 
 def contributions(clearance: Array) -> dict[str, tuple[float, float]]:

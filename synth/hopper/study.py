@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,26 +15,24 @@ from synth.errors import UserError
 from synth.files.hopper_project import HopperProject, model_problem, motor_problem
 from synth.files.hopper_sections import MOST_INTERVALS
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.hopper_tolerances import contributions, groups, intervals
-from synth.hopper.motors import chosen_rows, estimates_of, motor_of
+from synth.hopper.hopper_tolerances import contributions, intervals, outcomes_of_copies, torque_interval
+from synth.hopper.motors import chosen_rows, motor_of
 from synth.hopper.sweep import OBJECTIVES, Sweep, SweepProblem, pareto_front, run_sweep
 from synth.jump.hopper_leg import HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
-from synth.jump.outcomes import APEX, LANDED_AGAIN, TOO_STIFF, JumpOutcome, known_heights, outcome_of
+from synth.jump.outcomes import APEX, LANDED_AGAIN, JumpOutcome, known_heights, outcome_of
 from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import GearMotorRow
-from synth.remarks import Remark, decisive, noted
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
 MOST_MUJOCO = 400  # designs of a sweep by model C: two minutes
-MOST_VOLTAGE = 1.5  # times the rated one, an assumption: makers state no limit in the catalogues' sources
 Stage = Callable[[str], AbstractContextManager[None]]
 
 
@@ -91,6 +88,7 @@ class Study:
     leaning: list[LeaningDesign]
     trace: Array | None
     total_ends: tuple[float, float] | None = None  # 90 % interval of the choice's total height, m
+    torque_ends: Array = field(default_factory=lambda: np.empty((2, 0)))  # (2, n_design) N m, of the peak gear torque
 
     @property
     def best_leg(self) -> HopperLeg:
@@ -122,6 +120,12 @@ class Study:
         torque = self.torque_after_takeoff
         limit = None if torque is None else self.best_motor.torque_limit
         return torque is not None and limit is not None and torque > limit
+
+    @property
+    def over_limit_at_end(self) -> NDArray[np.bool_]:
+        """Designs that jump within their gearbox's limit, which the upper 90 % end of their torque exceeds."""
+        within = (self.sweep.status == LANDED_AGAIN) & ~self.sweep.over_limit()
+        return np.asarray(within & (self.torque_ends[1] > self.sweep.limits()))
 
     @property
     def none_because(self) -> str:
@@ -175,15 +179,17 @@ def study(
         sweep = run_sweep(problem, checkpoint, cluster=cluster, progress=progress)
     allowed = sweep.feasible(project.gearbox)
     front = pareto_front(sweep, project.objectives, allowed) if allowed.any() else []
-    low, high = sweep.clearance_low.copy(), sweep.clearance_high.copy()
+    low, high, torques = sweep.clearance_low.copy(), sweep.clearance_high.copy(), sweep.torque_ends.copy()
     best = _best(sweep, project.choose, allowed)
     if not problem.with_intervals and problem.model.engine == "lanes":
         with stage("intervals of the front"):
             for index in {*front, *([] if best is None else [best])}:
-                found = known_heights(_group(problem, index))
-                _, low[index : index + 1], high[index : index + 1] = intervals(found[None, :])
+                found = _group(problem, index)
+                _, low[index : index + 1], high[index : index + 1] = intervals(known_heights(found)[None, :])
+                torques[:, index] = torque_interval(found)
     if best is None:
-        return Study(project, rows, sweep, front, low, high, None, (), {}, [], {}, [], None)
+        return Study(project, rows, sweep, front, low, high, None, (), {}, [], {}, [], None,
+                     torque_ends=torques)  # fmt: skip
     leg = project.leg.with_length(float(sweep.length[best]))
     motor = problem.motors[sweep.motor[best]]
     with stage("the chosen design by every model (the planar form compiles once on this machine, some 10 s)"):
@@ -199,7 +205,7 @@ def study(
         ends = None if np.isnan(least[0]) else (float(least[0]), float(most[0]))
     return Study(
         project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best), changes,
-        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)), ends,
+        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)), ends, torques,
     )  # fmt: skip
 
 
@@ -246,8 +252,7 @@ def _group(problem: SweepProblem, index: int) -> Array:
     n = len(problem.lengths)
     m, length = index // n, problem.lengths[index % n]
     motor, tolerances = problem.motors[m], problem.tolerances[m]
-    made = groups(problem.leg, motor, problem.contact, problem.model, tolerances, np.array([length]))[0]
-    return compiled_jump(problem.leg.bending).run(made)
+    return next(outcomes_of_copies(problem.leg, motor, problem.contact, problem.model, tolerances, np.array([length])))
 
 
 def _lean_design(leg: HopperLeg, motor: Motor, problem: SweepProblem, pitch: float) -> LeaningDesign:
@@ -284,90 +289,3 @@ def _jump_of_design(problem: SweepProblem, motor: Motor, length: float) -> JumpO
     if problem.model.engine == "mujoco":
         return mujoco_jump(leg, motor, problem.contact, problem.model).outcome
     return simulate([(leg, motor)], problem.contact, problem.model)[0]
-
-
-def _without_interval(found: Study) -> int:
-    """Designs that jump and for which an interval was asked, but could not be found."""
-    asked = found.sweep.status == LANDED_AGAIN
-    if not found.sweep.problem.with_intervals:
-        shown = np.zeros_like(asked)
-        shown[[*found.front, *([] if found.best is None else [found.best])]] = True
-        asked &= shown & _has_lanes(found.sweep.problem)
-    return int((asked & np.isnan(found.low)).sum())
-
-
-def overvoltage_sentence(found: Study) -> str:
-    """A sentence on motors whose supply is far above their rated voltage; empty if there are none."""
-    supply = found.project.motor_options.supply
-    rated = [row.voltage for row in found.rows if supply and row.voltage and supply > MOST_VOLTAGE * row.voltage]
-    if not rated:
-        return ""
-    of = f"{min(rated):g} V" if min(rated) == max(rated) else f"{min(rated):g} to {max(rated):g} V"
-    return (
-        f"the supply of {supply:g} V is more than {MOST_VOLTAGE:g} times the rated voltage ({of}) of {len(rated)} of "
-        f"the {len(found.rows)} motors: winding, brushes and gear wear out fast"
-    )
-
-
-def unknown_limits(found: Study) -> list[str]:
-    """That gear torques are held against no limit, because none is known: of all motors, or of the chosen one."""
-    sweep, stop = found.sweep, found.project.gearbox == "stop"
-    which = sweep.without_limit()
-    motors = [int(m) for m in np.unique(sweep.motor[which])]
-    chosen = found.best is not None and bool(which[found.best])
-    if not motors or not (stop or chosen):
-        return []
-    pushed = float(sweep.values["peak_gear_torque"][found.best]) if chosen else 0.0
-    own = f"the gear of {found.best_motor.name} carries {pushed:.3f} N*m in the push" if chosen else ""
-    if not stop:
-        text = f"the chosen design: {own}, held against no limit: its catalogue row states none"
-    else:
-        families = Counter(" ".join(word for word in found.rows[m].same_motor if word) for m in motors)
-        names = ", ".join(name if count == 1 else f"{name} ({count} ratios)" for name, count in families.items())
-        whose = f"{len(motors)} of the {len(found.rows)} motors"
-        text = f"gearbox: stop cannot hold back {whose}, whose catalogue rows state no torque_limit: {names}"
-        text += f"; among them the chosen one: {own}" if chosen else ""
-    remedy = (
-        "Write the maker's permissible momentary torque as `torque_limit [N*m]` into a row of your own catalogue "
-        "(motors: catalogs), or leave these motors out of `use`."
-    )
-    return [Remark(text, "decide" if stop else "check", remedy)]
-
-
-def warnings_of(found: Study) -> list[str]:
-    """The most important warnings."""
-    sweep = found.sweep
-    texts: list[str] = []
-    if hot := overvoltage_sentence(found):
-        texts.append(decisive(hot))
-    texts += unknown_limits(found)
-    if stiff := int((sweep.status == TOO_STIFF).sum()):
-        texts.append(f"{stiff} of {len(sweep.status)} designs are too stiff to simulate and count as not jumping")
-    if unknown := _without_interval(found):
-        texts.append(f"{unknown} designs have no interval: at a tolerance's end they are too stiff to simulate")
-    if found.best is None:
-        if (sweep.status == LANDED_AGAIN).any():
-            way_out = "choose a stronger gearbox, a lower supply, or motors: {gearbox: warn}"
-            texts.append(decisive(f"{found.none_because}: {way_out}"))
-        else:
-            why = "every motor that can be simulated is too weak or too slow for this leg; the height is zero"
-            texts.append(decisive(f"no design lifts off: {why}"))
-        return texts
-    row = found.rows[sweep.motor[found.best]]
-    if limit := sweep.limit_text(found.best):
-        way_out = "motors: {gearbox: stop} leaves such designs out"
-        texts.append(decisive(f"the chosen design: {limit}; the gear may break ({way_out})"))
-    if found.breaks_after_takeoff:
-        limit_of = f"the gearbox's {found.best_motor.torque_limit:.3f} N*m"
-        texts.append(Remark(
-            f"the chosen design: after takeoff, at the leg's stop, its gear carries {found.torque_after_takeoff:.3f} "
-            f"N*m, above {limit_of}; designs are judged by the push alone, and the stop's stiffness is an assumption",
-            "decide",
-            remedy="Give the leg a softer stop (leg: stop_rate, stop_dissipation), or switch the motors off before it.",
-        ))  # fmt: skip
-    texts += [f"{row.part}: {text}" for text in estimates_of(row, found.project.motor_options)]
-    edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
-    if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):
-        texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
-    texts += [noted(text) for text in found.ladder_notes.values()]
-    return texts

@@ -13,19 +13,29 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.hopper_tolerances import groups, intervals
+from synth.hopper.hopper_tolerances import intervals, outcomes_of_copies, torque_interval
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, TOO_STIFF, column_of, known_heights
+from synth.jump.outcomes import (
+    LANDED_AGAIN,
+    LIMITS,
+    N_OUTCOME,
+    OUT_OF_REACH,
+    OUTCOMES,
+    STATUS,
+    TOO_STIFF,
+    column_of,
+    known_heights,
+)
 from synth.jump.point_mass import point_mass_outcomes
 from synth.threads import as_they_finish
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
+N_ROWS = N_OUTCOME + 4  # of a chunk: outcomes, low and high of the clearance, low and high of the peak gear torque
 CHUNK = 2048  # designs, a third of a second of one core without intervals
-OUT_OF_REACH = -1.0  # status of a design whose links do not reach the crouch
 OBJECTIVES = {  # name -> +1 more is better, -1 less is
     "clearance": 1, "relative_height": 1, "total_height": 1, "energy": -1, "peak_gear_torque": -1,
 }  # fmt: skip
@@ -55,7 +65,8 @@ class SweepProblem:
 class Sweep:
     """Every design's outcome; all arrays (n_design,), motor by motor, lengths rising.
 
-    ``clearance_low``, ``clearance_high``: nan if no interval was requested, or a copy for it is too stiff.
+    ``clearance_low``, ``clearance_high``: nan if no interval was requested, or a copy for it is too stiff or
+    cannot start.
     """
 
     problem: SweepProblem
@@ -65,11 +76,16 @@ class Sweep:
     values: dict[str, Array]  # clearance, total_height, relative_height, energy, peak_gear_torque, peak_current, ...
     clearance_low: Array
     clearance_high: Array
+    torque_ends: Array  # (2, n_design) N m, low and high of the peak gear torque; nan as those of the clearance
 
     def over_limit(self) -> NDArray[np.bool_]:
         """Designs whose gear torque in the push exceeds their gearbox's limit; none where that is not known."""
+        return np.asarray(self.values["peak_gear_torque"] > self.limits())
+
+    def limits(self) -> Array:
+        """(n_design,) N m, what their gearboxes bear; infinite where it is not known."""
         limits = np.array([np.inf if m.torque_limit is None else m.torque_limit for m in self.problem.motors])
-        return np.asarray(self.values["peak_gear_torque"] > limits[self.motor])
+        return np.asarray(limits[self.motor])
 
     def without_limit(self) -> NDArray[np.bool_]:
         """Designs that jump with a motor whose gearbox's limit is not known: no torque is held against one."""
@@ -167,12 +183,12 @@ def _chunk_of(given: tuple[SweepProblem, int]) -> Array:
 
 
 def _chunk(problem: SweepProblem, index: int) -> Array:
-    """(N_OUTCOME + 2, n) outcomes, low and high of one chunk's designs."""
+    """(N_ROWS, n) outcomes, low and high of clearance and peak gear torque of one chunk's designs."""
     first, last = index * CHUNK, min((index + 1) * CHUNK, problem.size)
     lengths = np.array(problem.lengths)
     number = np.arange(first, last)
     motor, length = number // len(lengths), lengths[number % len(lengths)]
-    found = np.zeros((N_OUTCOME + 2, last - first))
+    found = np.zeros((N_ROWS, last - first))
     found[N_OUTCOME:] = np.nan
     found[STATUS] = OUT_OF_REACH
     reach = in_reach(problem.leg, length)
@@ -185,7 +201,7 @@ def _chunk(problem: SweepProblem, index: int) -> Array:
 
 def _jumps(problem: SweepProblem, index: int, length: Array) -> Array:
     motor, model = problem.motors[index], problem.model
-    found = np.full((N_OUTCOME + 2, len(length)), np.nan)
+    found = np.full((N_ROWS, len(length)), np.nan)
     if model.engine == "point":
         found[:N_OUTCOME] = point_mass_outcomes(problem.leg, motor, length)
         return found
@@ -196,16 +212,15 @@ def _jumps(problem: SweepProblem, index: int, length: Array) -> Array:
             jump = mujoco_jump(problem.leg.with_length(float(each)), motor, problem.contact, model)
             found[:N_OUTCOME, i] = column_of(jump.outcome)
         return found
-    jumper = compiled_jump(problem.leg.bending)
     if not problem.with_intervals:
+        jumper = compiled_jump(problem.leg.bending)
         found[:N_OUTCOME] = jumper.run(lanes(problem.leg, motor, problem.contact, model, length))
         return found
-    made = groups(problem.leg, motor, problem.contact, model, problem.tolerances[index], length)
-    for i, each in enumerate(made):
-        outcome = jumper.run(each)
+    made = outcomes_of_copies(problem.leg, motor, problem.contact, model, problem.tolerances[index], length)
+    for i, outcome in enumerate(made):
         found[:N_OUTCOME, i] = outcome[:, 0]
         _, low, high = intervals(known_heights(outcome)[None, :])
-        found[N_OUTCOME, i], found[N_OUTCOME + 1, i] = low[0], high[0]
+        found[N_OUTCOME:, i] = low[0], high[0], *torque_interval(outcome)
     return found
 
 
@@ -228,7 +243,9 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
         "takeoff_speed": by_name["takeoff_speed"],
         "takeoff_time": by_name["takeoff_time"],
     }
-    return Sweep(problem, motor, length, status, values, rows[N_OUTCOME], rows[N_OUTCOME + 1])
+    return Sweep(
+        problem, motor, length, status, values, rows[N_OUTCOME], rows[N_OUTCOME + 1], rows[N_OUTCOME + 2 : N_ROWS]
+    )
 
 
 def pareto_front(sweep: Sweep, objectives: Sequence[str], allowed: NDArray[np.bool_]) -> list[int]:

@@ -13,7 +13,8 @@ import synth
 from synth.arrays import Array
 from synth.files.output import sha256_file, write_csv
 from synth.files.text_forms import csv_text
-from synth.hopper.study import Study, warnings_of
+from synth.hopper.study import Study
+from synth.hopper.study_warnings import warnings_of
 from synth.jump.hopper_leg import Motor
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS
@@ -25,7 +26,8 @@ FORMAT = "synth/hopper/1"
 LIBRARIES = ("numpy", "numba")
 HEADER = (
     "motor,gear_ratio,leg_length [m],model,clearance [m],clearance_low [m],clearance_high [m],relative_height,feasible,"
-    "limit,total_height [m],energy [J],peak_gear_torque [N*m],peak_current [A],takeoff_speed [m/s]"
+    "limit,total_height [m],energy [J],peak_gear_torque [N*m],peak_current [A],takeoff_speed [m/s],"
+    "peak_gear_torque_low [N*m],peak_gear_torque_high [N*m]"
 )
 FURTHER = ("relative_height", "total_height", "energy", "peak_gear_torque", "peak_current", "takeoff_speed")
 MOST_ROWS = 100_000  # of a block that is written at once
@@ -46,16 +48,18 @@ def _rows(found: Study, names: Sequence[tuple[str, str]], first: int) -> Iterato
     block = slice(first, first + MOST_ROWS)
     model = sweep.problem.model.name
     limited = (sweep.over_limit() | (sweep.status != LANDED_AGAIN))[block]
-    numbers = (sweep.length, sweep.values["clearance"], found.low, found.high, *(sweep.values[n] for n in FURTHER))
+    numbers = (sweep.length, sweep.values["clearance"], found.low, found.high, *(sweep.values[n] for n in FURTHER),
+               *found.torque_ends)  # fmt: skip
     columns = [column[block].tolist() for column in (sweep.motor, sweep.feasible(found.project.gearbox), *numbers)]
     for i, (m, yes, length, clear, low, high, relative, *rest) in enumerate(zip(*columns, strict=True)):
         motor, ratio = names[m]
         ends = "," if low != low else f"{low:.6f},{high:.6f}"
         limit = csv_text(sweep.limit_text(first + i)) if limited[i] else ""
-        total, energy, torque, amps, speed = rest
+        total, energy, torque, amps, speed, least, most = rest
+        torques = "," if least != least else f"{least:.5f},{most:.5f}"
         yield (
             f"{motor},{ratio},{length:.9g},{model},{clear:.6f},{ends},{relative:.5f},{'yes' if yes else 'no'},{limit},"
-            f"{total:.6f},{energy:.5f},{torque:.5f},{amps:.4f},{speed:.5f}\n"
+            f"{total:.6f},{energy:.5f},{torque:.5f},{amps:.4f},{speed:.5f},{torques}\n"
         )
 
 
@@ -90,6 +94,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path, notes: Sequen
     project, sweep = found.project, found.sweep
     statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
                 "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum()),
+                "beyond the gearbox at the torque's 90 % end": int(found.over_limit_at_end.sum()),
                 "without a known gearbox limit": int(sweep.without_limit().sum()),
                 "feasible": int(sweep.feasible(found.project.gearbox).sum())}  # fmt: skip
     return {
@@ -180,6 +185,8 @@ def _design(found: Study, index: int) -> dict[str, Any]:
     motor = sweep.problem.motors[sweep.motor[index]]
     low, high = found.low[index], found.high[index]
     interval = None if np.isnan(low) else (float(low), float(high))
+    least, most = found.torque_ends[:, index]
+    torques = None if np.isnan(least) else (float(least), float(most))
     values = {name: float(value[index]) for name, value in sweep.values.items()}
     return {
         "motor": motor.name,
@@ -189,7 +196,7 @@ def _design(found: Study, index: int) -> dict[str, Any]:
         "relative_height": quantity(values["relative_height"], "1"),
         "total_height": quantity(values["total_height"], "m"),
         "energy": quantity(values["energy"], "J"),
-        "peak_gear_torque": quantity(values["peak_gear_torque"], "N*m"),
+        "peak_gear_torque": quantity(values["peak_gear_torque"], "N*m", torques),
         "peak_current": quantity(values["peak_current"], "A"),
         "takeoff_speed": quantity(values["takeoff_speed"], "m/s"),
         "takeoff_time": quantity(values["takeoff_time"], "s"),

@@ -230,11 +230,15 @@ class HopperLeg:
         return found
 
 
-def in_reach(leg: HopperLeg, length: Array) -> NDArray[np.bool_]:
-    """Lengths whose lower links reach the foot in the crouch without locking."""
-    a = leg.crouch_angle(length)
-    share = (0.5 * leg.hip_spacing + length * np.sin(a)) / (length * leg.lower_ratio)
-    return np.asarray((share < np.sin(LOCKED)) & (a > leg.extended))
+def lower_angles(leg: HopperLeg, length: Array) -> Array:
+    """(n,) rad, the lower links' angles in the crouch of legs of these lengths (m); nan where they cannot reach."""
+    share = (0.5 * leg.hip_spacing + length * np.sin(leg.crouch_angle(length))) / (length * leg.lower_ratio)
+    return np.asarray(np.arcsin(np.where(np.abs(share) < 1.0, share, np.nan)))
+
+
+def in_reach(leg: HopperLeg, length: Array, most: float = LOCKED) -> NDArray[np.bool_]:
+    """Lengths whose lower links reach the foot in the crouch, and stand below ``most`` rad there."""
+    return np.asarray((lower_angles(leg, length) < most) & (leg.crouch_angle(length) > leg.extended))
 
 
 def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import float64, int64, types
+from numba import float64, int64, njit, types
 
 from synth.compiling.compiled import compiled
 from synth.jump.jump_layout import LANES
@@ -25,6 +25,7 @@ from synth.jump.outcomes import (
     ENERGY,
     GEAR_TORQUE_AT_START,
     LANDED_AGAIN,
+    LEVEL,
     LIFTED,
     N_OUTCOME,
     PEAK_BEND,
@@ -59,6 +60,51 @@ _signature = int64(
 )
 _rules: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
 views, try_step, take = compiled_step(_rules)
+PARTS = 8  # of the step in which a torque peaks: the peak is then 64 times nearer than at the steps alone
+
+
+@njit(**_rules)
+def crest(before, middle, after, h, next_h):  # type: ignore[no-untyped-def]
+    """Greatest size near a sample and its time from it, by the parabola through it and its neighbours.
+
+    ``h`` s before and ``next_h`` s after it. Where the sample is not the greatest of the three: 0, as no peak is there.
+    """
+    sign = 1.0 if middle >= 0.0 else -1.0
+    rise, fall = sign * (middle - before) / h, sign * (middle - after) / next_h  # slopes to and from it
+    if rise < 0.0 or fall < 0.0 or rise + fall <= 0.0:
+        return 0.0, 0.0
+    slope = (rise * next_h - fall * h) / (h + next_h)  # of the parabola at the middle sample
+    ahead = 0.5 * slope * (h + next_h) / (rise + fall)
+    return abs(middle) + 0.5 * slope * ahead, ahead
+
+
+@njit(**_rules)
+def keep(ends, lane, old, new, span, h, share):  # type: ignore[no-untyped-def]
+    """Keep in ``ends`` (2, 2, n, 16) the step of ``h`` s from ``old`` to ``new`` (2, n, 16); a share of it counts."""
+    for c in range(2):
+        for j in range(ends.shape[2]):
+            ends[0, c, j, lane], ends[1, c, j, lane] = old[c, j, lane], new[c, j, lane]
+    span[0, lane], span[1, lane] = h, share
+
+
+@njit(**_rules)
+def peaks_within(rhs, Z, ends, span, row, out):  # type: ignore[no-untyped-def]
+    """Raise each lane's ``out`` (16,) to the greatest size of a row of ``Z`` within its kept step.
+
+    The states between are the cubic through both ends and their derivatives, of the pair's own order.
+    """
+    for k in range(1, PARTS + 1):
+        for lane in range(LANES):
+            h, s = span[0, lane], span[1, lane] * k / PARTS
+            a, b = s * s * (3.0 - 2.0 * s), s * (1.0 - s)
+            for j in range(ends.shape[2]):
+                moved = ends[0, 0, j, lane] + a * (ends[1, 0, j, lane] - ends[0, 0, j, lane])
+                slopes = (1.0 - s) * ends[0, 1, j, lane] - s * ends[1, 1, j, lane]
+                Z[j, lane] = moved + h * b * slopes
+        rhs(Z)
+        for lane in range(LANES):
+            if span[0, lane] > 0.0:
+                out[lane] = max(out[lane], abs(Z[row, lane]))
 
 
 @compiled(_signature, **_rules)
@@ -89,6 +135,10 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     n_row = Z.shape[0]
     F, S = Z.reshape(-1), np.empty(ROOM)
     foot_before = np.empty(LANES)
+    # State and derivative at the ends of the last two steps, and the gear torque at the earlier two of these.
+    recent, torques = np.empty((3, 2, n, LANES)), np.empty((2, LANES))
+    # Of each lane the step in which the torque of its push seems greatest: ends, length and share, and that torque.
+    ends, span, greatest = np.zeros((2, 2, n, LANES)), np.zeros((2, LANES)), np.zeros(LANES)
     x, begun, _, A, error_sum = views(S, n)
     n_angle = (n - 3) // 2
     for lane in range(LANES):
@@ -100,12 +150,19 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
         outcome[START_COM, lane] = Z[com, lane]
         outcome[GEAR_TORQUE_AT_START, lane] = Z[gear, lane]
         foot_before[lane] = Z[foot, lane]
+        torques[0, lane], torques[1, lane] = 1e300, Z[gear, lane]  # so that the start is no peak between two steps
     take(F, S, n, d)
+    oldest, before_last, newest = 0, 1, 2
+    for j in range(n):
+        for lane in range(LANES):
+            recent[newest, 0, j, lane] = x[j, lane]
+            recent[newest, 1, j, lane] = begun[j, lane]
     t = 0.0
-    h = first_step
+    h = last_h = first_step
     steps = 0
     traced = 0
     running = LANES
+    any_pushes = True
     if len(trace) > 0:
         trace[0, 0] = 0.0
         for c in range(n_row):
@@ -121,6 +178,13 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
         if error <= 1.0:
             t += h
             take(F, S, n, d)
+            if any_pushes:
+                any_pushes = False
+                oldest, before_last, newest = before_last, newest, oldest
+                for j in range(n):
+                    for lane in range(LANES):
+                        recent[newest, 0, j, lane] = x[j, lane]
+                        recent[newest, 1, j, lane] = begun[j, lane]
             for lane in range(LANES):
                 if Z[alive, lane] == 0.0:
                     continue
@@ -140,6 +204,23 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                         (ENERGY, x[energy, lane]),
                     ):
                         outcome[c, lane] += share * (now - outcome[c, lane])
+                    if share < 1.0:
+                        left = abs(torques[1, lane] + share * (Z[gear, lane] - torques[1, lane]))
+                        if left > greatest[lane]:
+                            greatest[lane] = left
+                            keep(ends, lane, recent[before_last], recent[newest], span, h, share)
+                if pushing:
+                    any_pushes = True
+                    first, middle, now = torques[0, lane], torques[1, lane], Z[gear, lane]
+                    torques[0, lane], torques[1, lane] = middle, now
+                    if before <= 0.0 and abs(middle) >= abs(first) and abs(middle) >= abs(now):
+                        top, ahead = crest(first, middle, now, last_h, h)
+                        if top > greatest[lane]:
+                            greatest[lane] = top
+                            if ahead < 0.0:
+                                keep(ends, lane, recent[oldest], recent[before_last], span, last_h, 1.0)
+                            else:
+                                keep(ends, lane, recent[before_last], recent[newest], span, h, 1.0)
                 if at <= 0.0 and pushing:  # the push that takeoff ends
                     outcome[PEAK_GEAR_TORQUE, lane] = max(outcome[PEAK_GEAR_TORQUE, lane], abs(Z[gear, lane]))
                     outcome[PEAK_CURRENT, lane] = max(outcome[PEAK_CURRENT, lane], abs(Z[drawn, lane]))
@@ -148,7 +229,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                     ended = LANDED_AGAIN
                 elif t >= duration and at <= 0.0 and outcome[CLEARANCE, lane] > LIFTED:
                     ended = LANDED_AGAIN  # and stands, without ever having fallen so fast
-                elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:  # sine of the last piece at its limit
+                elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > LEVEL:
                     ended = COLLAPSED
                 elif (
                     (t >= duration and at <= 0.0)
@@ -176,6 +257,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                 for c in range(n_row):
                     trace[traced, 1 + c] = Z[c, 0]
                 traced += 1
+            last_h = h
             factor = 0.9 * error ** (-1.0 / 3.0)
         else:
             # Safety 0.9 and at most a fifth: Hairer et al., Solving ODEs I, section II.4.
@@ -189,5 +271,6 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                     outcome[STATUS, lane] = TOO_STIFF
                     outcome[END_TIME, lane] = t
             break
+    peaks_within(rhs, Z, ends, span, gear, outcome[PEAK_GEAR_TORQUE])
     where[13] = traced
     return steps

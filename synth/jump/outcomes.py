@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.arrays import Array
 
 # How a jump ended.
 RUNNING, LANDED_AGAIN, TOO_WEAK, COLLAPSED, TOO_STIFF = 0, 1, 2, 3, 4
+OUT_OF_REACH = -1.0  # not simulated: the links do not reach the crouch
 
 # Rows of a lane's outcome.
 OUTCOMES = (
@@ -23,6 +25,7 @@ PEAK_CURRENT, ENERGY, PEAK_NORMAL, PEAK_BEND, END_TIME, START_COM, GEAR_TORQUE_A
 
 SETTLED = 0.05  # s, after which a leg at rest will not lift off
 CREEP = 0.02  # m/s, of the centre of mass: a folding self-locking gear is this slow
+LEVEL = 0.999  # sine of a lower link's angle at which it counts as level: there the leg locks
 LIFTED = 1e-3  # m, the foot's height from which it counts as lifted
 
 
@@ -91,8 +94,17 @@ def heights(found: Array, row: int = CLEARANCE) -> Array:
 
 
 def known_heights(found: Array, row: int = CLEARANCE) -> Array:
-    """``heights``, but nan for a lane that is too stiff for the step, whose height is not known."""
-    return np.where(found[STATUS] == TOO_STIFF, np.nan, heights(found, row))
+    """``heights``, but nan for a lane whose height is not known: too stiff for the step, or out of reach."""
+    return np.where(_unknown(found), np.nan, heights(found, row))
+
+
+def known_values(found: Array, row: int) -> Array:
+    """(n_lane,) one row of outcomes (n_outcome, n_lane), whether it jumps or not; nan where it is not known."""
+    return np.where(_unknown(found), np.nan, found[row])
+
+
+def _unknown(found: Array) -> NDArray[np.bool_]:
+    return np.asarray((found[STATUS] == TOO_STIFF) | (found[STATUS] == OUT_OF_REACH))
 
 
 def column_of(outcome: JumpOutcome) -> Array:

@@ -15,7 +15,7 @@ from math import cos, degrees, radians, sin
 import numpy as np
 
 from synth.arrays import Array
-from synth.hopper.hopper_tolerances import contributions, groups, intervals
+from synth.hopper.hopper_tolerances import contributions, intervals, outcomes_of_copies
 from synth.jump.hopper_leg import LOCKED, Contact, Flexures, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import MODELS, lanes
 from synth.jump.jump_runs import compiled_jump
@@ -119,16 +119,16 @@ class Configuration:
 
     def interval(self, model: str, tolerances: HopperTolerances = TOLERANCES) -> tuple[float, float, float]:
         """Nominal value and both ends of the 90 % interval of the 12 cm leg's clearance, m."""
-        made = groups(self.leg, self.motor(RATIO), GROUND, MODELS[model], tolerances, np.array([LENGTH]))
-        found = known_heights(compiled_jump(self.leg.bending).run(made[0]))
+        made = outcomes_of_copies(self.leg, self.motor(RATIO), GROUND, MODELS[model], tolerances, np.array([LENGTH]))
+        found = known_heights(next(made))
         nominal, low, high = intervals(found[None, :])
         return float(nominal[0]), float(low[0]), float(high[0])
 
 
 def height_spreads(given: Configuration, model: str) -> dict[str, tuple[float, float]]:
     """Quantity -> lowest and highest clearance, m, of the 12 cm leg over the tolerance of that quantity alone."""
-    made = groups(given.leg, given.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
-    found = known_heights(compiled_jump(given.leg.bending).run(made[0]))
+    made = outcomes_of_copies(given.leg, given.motor(RATIO), GROUND, MODELS[model], TOLERANCES, np.array([LENGTH]))
+    found = known_heights(next(made))
     return {name: (float(found[0] + min(ends)), float(found[0] + max(ends)))
             for name, ends in contributions(found).items()}  # fmt: skip
 

@@ -262,6 +262,15 @@ def test_halving_the_remainder_halves_the_visible_size(monkeypatch: pytest.Monke
         assert second[name].value == pytest.approx(0.5 * first[name].value, rel=0.25)
 
 
+def test_a_frozen_reading_is_stated_as_the_file_has_it() -> None:
+    """It was the joint's rotation: without the zero, and of the other sign where the joint's is -1 (the knee's)."""
+    trials = recorded(off(TWO, 3), seed=1)
+    damaged = [trials[0], _frozen(trials[1]), _held(trials[2])]
+    knee, hip = (fault.text for fault in sorted(faults(run.check(project(TWO, damaged))), key=lambda f: f.recording))
+    assert knee.startswith(f"its reading stays at {np.degrees(damaged[1].angles[10, 1]):.3g} deg from ")
+    assert hip.startswith(f"reads {np.degrees(damaged[2].angles[0, 0]):.3g} deg from ")
+
+
 def _frozen(trial: Trial) -> Trial:
     angles = trial.angles.copy()
     angles[10:30, 1] = angles[10, 1]

@@ -24,7 +24,8 @@ from result_fields import require_explained
 from synth.api.hoppers import read_hopper
 from synth.cli import main
 from synth.files import hopper_project as files
-from synth.hopper.study import sweep_problem, warnings_of
+from synth.hopper.study import sweep_problem
+from synth.hopper.study_warnings import warnings_of
 from synth.hopper.sweep import run_sweep
 from synth.parts.catalogs import Catalogue
 from synth.remarks import remarks_json

@@ -15,14 +15,22 @@ from synth import threads
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper import sweep as sweeping
-from synth.hopper.hopper_tolerances import QUANTITIES, UNIFORM, contributions, copies, groups, intervals
+from synth.hopper.hopper_tolerances import (
+    QUANTITIES,
+    UNIFORM,
+    contributions,
+    copies,
+    groups,
+    intervals,
+    outcomes_of_copies,
+)
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of, with_speed, with_torque
 from synth.hopper.study import _neighbours
 from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
 from synth.hopper.write_study import _map
-from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
+from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions, lower_angles
 from synth.jump.jump_models import MODELS, lane
-from synth.jump.jump_runs import compiled_jump
+from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.outcomes import CLEARANCE, LANDED_AGAIN, N_OUTCOME, STATUS, TOO_STIFF, known_heights, outcome_of
 from synth.jump.point_mass import point_mass_outcomes
 
@@ -74,6 +82,26 @@ def test_a_copy_that_is_too_stiff_is_unknown_and_not_a_height_of_zero(monkeypatc
     sweep = run_sweep(problem(everywhere=True))
     assert np.isnan(sweep.clearance_low).all()
     assert (sweep.values["clearance"] == 0.05).all()
+
+
+@pytest.mark.parametrize("length", [0.043, 0.044])
+def test_a_crouch_near_the_lock_is_simulated_where_the_links_reach_it_and_unknown_where_not(length: float) -> None:
+    """A design is swept to 80 deg of its lower links; a copy beyond was left as it was, and added nothing."""
+    leg = HopperLeg(length=length, crouch=np.radians(39.0))
+    own, t = motor(75), HopperTolerances()
+    found = known_heights(next(outcomes_of_copies(leg, own, Contact(), MODELS["full"], t, np.array([length]))))
+    _, low, high = intervals(found[None, :])
+    lower = np.degrees(lower_angles(replace(leg, crouch=leg.crouch + t.crouch), np.array([length])))
+    if length == 0.043:
+        assert np.isnan(lower[0])
+        assert "crouch" not in contributions(found)
+        assert np.isnan([low[0], high[0]]).all()
+        return
+    assert 80.0 < lower[0] < 87.0
+    deeper = simulate([(replace(leg, crouch=leg.crouch + t.crouch), own)], Contact(), MODELS["full"])[0]
+    assert contributions(found)["crouch"][1] == pytest.approx(deeper.clearance - found[0], abs=1e-4)
+    assert deeper.clearance - found[0] > 0.01
+    assert high[0] > deeper.clearance
 
 
 def test_a_design_that_is_too_stiff_keeps_nothing_of_what_it_had_reached(monkeypatch: pytest.MonkeyPatch) -> None:

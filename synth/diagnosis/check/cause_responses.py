@@ -60,13 +60,15 @@ class ResponseProducts:
 class CauseResponse:
     """One cause in one shape from one start: ``fit`` at the size of comparison, and its smallest visible size.
 
-    ``visible`` (n_unknown,) whitened unknowns at the smallest visible size, or
-    None; ``columns`` : indices of its response and of its derivatives among all.
+    ``visible`` (n_unknown,) whitened unknowns at the smallest visible size, or None; ``columns`` : indices of its
+    response and of its derivatives among all; ``implausible`` : the smallest visible size where it is no plausible one,
+    see ``is_plausible``; ``visible`` is None then.
     """
 
     fit: EvaluatedHypothesis
     visible: Array | None
     columns: tuple[int, ...] = ()
+    implausible: Array | None = None
 
     @property
     def key(self) -> Key:
@@ -151,7 +153,9 @@ def _responses_with_sizes(
         candidate = start.hypothesis[0]
         size = candidate.strengthened(sizes[best], COMPARED_SIGNAL / bare[best]) if has_size(candidate) else sizes[best]
         point = np.concatenate([start.unknowns[:first], np.clip(size, *candidate.bounds())])
-        made.append(CauseResponse(replace(start, unknowns=point), shown))
+        plausible = shown is None or is_plausible(candidate, shown)
+        seen, unlikely = (shown, None) if plausible else (None, shown)
+        made.append(CauseResponse(replace(start, unknowns=point), seen, implausible=unlikely))
     return made
 
 
@@ -196,6 +200,18 @@ def _smallest_visible(start: EvaluatedHypothesis, sizes: Array, signals: Array, 
     else:
         factor = VISIBLE_SIGNAL / float(signals[k])
     return candidate.strengthened(sizes[k], factor)
+
+
+def is_plausible(candidate: ShapedEffect, unknowns: Array) -> bool:
+    """Whether a diagnosis could name a cause of its smallest visible size, by the prior of its strengths.
+
+    The size gains half of ``VISIBLE_SIGNAL`` squared in log-likelihood, and its prior takes half of the squared
+    deviations. Both grow with the square of the size: where the prior takes as much, no size of the cause pays.
+    """
+    if not has_size(candidate):
+        return True
+    strengths = [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
+    return float(np.linalg.norm(np.asarray(unknowns)[strengths])) < VISIBLE_SIGNAL
 
 
 def has_size(candidate: ShapedEffect) -> bool:

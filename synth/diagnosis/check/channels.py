@@ -12,6 +12,7 @@ from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
 from synth.fit.recordings import Recording
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 LONG_RUN = 10  # consecutive equal readings; a turning point has fewer
@@ -58,26 +59,29 @@ def describe_channels(
 
 
 def channel_findings(
-    joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, made: Sequence[Channel]
+    leg: Leg, recordings: Sequence[Recording], sensor: AngleSensor, made: Sequence[Channel]
 ) -> list[Finding]:
     """Frozen channels in each recording; noise, counts and filters of all."""
-    found = [f for recording in recordings for f in _frozen_findings(joints, recording, sensor)]
+    found = [f for recording in recordings for f in _frozen_findings(recording.leg or leg, recording, sensor)]
     for j, channel in enumerate(made):
         found += _coarse_findings(channel)
         if channel.noise is not None:
-            found += _filtered_findings(joints[j], j, sensor)
+            found += _filtered_findings(leg.joint_names[j], j, sensor)
     return found
 
 
-def _frozen_findings(joints: Sequence[str], recording: Recording, sensor: AngleSensor) -> list[Finding]:
-    """Runs of equal readings that begin or end while the joint moves, and channels that never change."""
-    found = []
+def _frozen_findings(leg: Leg, recording: Recording, sensor: AngleSensor) -> list[Finding]:
+    """Runs of equal readings that begin or end while the joint moves, and channels that never change.
+
+    ``leg`` : the recording's own, whose zeros and signs give the readings as the file has them.
+    """
+    found, joints, readings = [], leg.joint_names, leg.to_measured(recording.rotation)
     for j in recording.free:
         value, good = recording.rotation[:, j], recording.counts[:, j]
         if good.sum() > LONG_RUN and np.ptp(value[good]) == 0.0:
             others = [k for k in recording.free if k != j and np.ptp(recording.smoothed.angle[:, k]) > OTHER_MOTION]
             if others:
-                text = f"reads {_degrees_text(recording.rotation[0, j])} from first to last sample while "
+                text = f"reads {_degrees_text(readings[good, j][0])} from first to last sample while "
                 text += f"{joints[others[0]]} moves: its channel is frozen, or the joint was held"
                 remedy = "list the joint under `locked` if it was held, else leave the recording out"
                 found.append(Finding("fault", text, remedy, recording.name, joints[j]))
@@ -85,10 +89,8 @@ def _frozen_findings(joints: Sequence[str], recording: Recording, sensor: AngleS
         for first, last in _equal_runs(value, good):
             if _stops_while_moving(recording, j, first, last, max(_usual_change(value), float(sensor.noise[j]))):
                 start, end = recording.time[first], recording.time[last]
-                text = (
-                    f"its reading stays at {_degrees_text(value[first])} from {start:.3g} s to {end:.3g} s while the "
-                )
-                text += "joint moves: the channel is frozen there"
+                text = f"its reading stays at {_degrees_text(readings[first, j])} from {start:.3g} s to {end:.3g} s "
+                text += "while the joint moves: the channel is frozen there"
                 remedy = "empty these cells (an empty cell is a missing sample), or leave the recording out"
                 found.append(Finding("fault", text, remedy, recording.name, joints[j]))
                 break

@@ -69,7 +69,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     names = [trial.name for trial in project.trials]
     findings: list[Finding] = [finding_of_remark(text, names) for text in (*warnings, *more)]
     findings += clock_findings(leg, recordings, steps)
-    findings += channel_findings(leg.joint_names, recordings, found, read)
+    findings += channel_findings(leg, recordings, found, read)
     findings += coverage_findings(leg, learnt, covered)
     if any(finding.level == "fault" for finding in findings):
         told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()

@@ -59,22 +59,26 @@ class Rival:
 
 @dataclass(frozen=True)
 class VisibleCause:
-    """One cause: the smallest visible size, None if there is none, and similar causes.
+    """One cause: the smallest visible size, None if there is no plausible one, and similar causes.
 
+    ``only_from`` : the smallest visible size that is not plausible, see ``is_plausible``; None if there is none.
     Of a cause without a size, a stop: its place, an angle at each end of travel from which it is visible.
     """
 
     key: Key
     visible_from: dict[str, Estimate] | None
     rivals: tuple[Rival, ...]
+    only_from: dict[str, Estimate] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``causes``."""
         shown = None if self.visible_from is None else {k: v.as_json() for k, v in self.visible_from.items()}
+        beyond = None if self.only_from is None else {k: v.as_json() for k, v in self.only_from.items()}
         return {
             "effect": self.key[0],
             "joint": self.key[1],
             "visible_from": shown,
+            **({} if beyond is None else {"only_from": beyond}),
             "looks_like": [rival.as_json() for rival in self.rivals],
         }
 
@@ -181,7 +185,13 @@ def _nearest_form(gram: Array, true: CauseResponse, others: Sequence[CauseRespon
 def _visible_cause(responses: Sequence[CauseResponse], pairs: Sequence[_Pair]) -> VisibleCause:
     response = _plainest_response(responses)
     if response.visible is None:
-        return VisibleCause(response.key, None, ())
+        unlikely = [
+            scaled_strengths(each.candidate, each.implausible, 1.0)
+            for each in responses
+            if each.implausible is not None
+        ]
+        only = unlikely[0] if unlikely else None
+        return VisibleCause(response.key, None, (), only)
     rivals = []
     for pair in pairs[:MOST_RIVALS]:
         sine = max(pair.sine, LEAST_SINE)
