@@ -159,8 +159,9 @@ class Field:
         for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, every=True), self.rig.trials, strict=True)):
             assert motion is not None
             clean = sensor.read(ground.setup.true, motion, ground.times[i], trial.start, counted=False)
-            read = sensor.record(clean, self.rig.noise, self.rig.counts, rng)
-            readings.append(np.where(self._missing_samples(i), np.nan, read))
+            missing = self._missing_samples(i)
+            read = sensor.record(clean, self.rig.noise, self.rig.counts, rng, self.rig.unit_noise(rng, missing))
+            readings.append(np.where(missing, np.nan, read))
         return Planted(tuple(readings), self._answer(main, beside))
 
     def _missing_samples(self, number: int) -> Mask:

@@ -26,7 +26,7 @@ CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
 OUTCOME_FILE = "outcome.json"
 # Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
-CASE_FORMAT = "3"
+CASE_FORMAT = "4"
 FOLDER_NOTE = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
 
 

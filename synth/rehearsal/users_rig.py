@@ -13,6 +13,7 @@ from synth.diagnosis.check.run import UNEXPLAINED_SHARE
 from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
+from synth.diagnosis.low_pass import LowPass
 from synth.fit.recordings import Recording, recordings
 from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
@@ -40,7 +41,8 @@ class Rig:
 
     ``nominal`` : the designed leg; ``widths`` (9, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) per turn
     (infinite: not visible); ``background`` rad RMS of small causes; ``names`` and ``times`` of the trials,
-    ``missing`` (m, n) True where a sample is missing; ``left_out`` trials with their reasons.
+    ``missing`` (m, n) True where a sample is missing; ``left_out`` trials with their reasons; ``filters`` (n,) what the
+    noise goes through, None: it is independent.
     """
 
     nominal: PlantedLeg
@@ -58,6 +60,16 @@ class Rig:
     def built(self, rng: np.random.Generator) -> Setup:
         """The rig with a leg drawn within the tolerances."""
         true = as_built(rng, self.nominal, self.widths)
+    filters: tuple[LowPass | None, ...] = ()
+
+    def unit_noise(self, rng: np.random.Generator, missing: Mask) -> Array:
+        """(m, n) noise of deviation 1 of a trial's samples; filters ran over those that are not ``missing`` (m, n)."""
+        white = rng.standard_normal(missing.shape)
+        for j, one in enumerate(self.filters):
+            if one is not None:
+                kept = ~missing[:, j]
+                white[kept, j] = one.noise(int(kept.sum()), rng)
+        return white
         quick = max(fastest(Truth(true), trial) for trial in self.trials)
         sampling = float(np.median([(len(t) - 1) / t[-1] for t in self.times]))
         setup = Setup(
@@ -139,6 +151,7 @@ def _refuse_unsupported(leg: OurLeg) -> None:
         if isinstance(joint.drive, Servo) and joint.drive.control_period > 0.0:
             text = "has a servo with a control_period, which the rehearsal's engine does not support: its servos look "
             problems.append(Problem(text + "all the time. Leave it out for the rehearsal", key=joint.name))
+        found.filters,
         if isinstance(joint.drive, Servo) and joint.drive.linear_commands:
             text = "has a servo with commands: linear, which the rehearsal's engine does not support: its servos hold "
             problems.append(Problem(text + "each command. Leave it out for the rehearsal", key=joint.name))
