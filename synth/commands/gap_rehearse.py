@@ -26,6 +26,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     """Rehearse; write ``rehearsal.json`` and a page. Finished cases of an earlier run are reused."""
     from synth.batch.folder import RunCheckpoint
     from synth.batch.folder_task import identity_of
+    from synth.compiling.announced import told_to
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
     from synth.rehearsal.rehearse import CASE_FORMAT, FOLDER_NOTE, Rehearsal, default_count
@@ -49,7 +50,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
             progress.say(f"note: {text}")
         workers = arguments.workers or core_count()
         work = Rehearsal(Path(os.path.realpath(project.path)), rig, project.seed, count, workers, identity, effects)
-        with progress.stage(f"rehearsing {count} cases"):
+        with progress.stage(f"rehearsing {count} cases"), told_to(progress.stage):
             work.run(kept, earlier, progress.say)
         result = RehearsalResult(project.name, rig, project.seed, tuple(work.outcomes), identity)
         write_json(folder / "rehearsal.json", result.as_json())

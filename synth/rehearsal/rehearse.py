@@ -17,7 +17,7 @@ from synth.rehearsal.ladder import round_of
 from synth.rehearsal.one_case import CaseCall, plant_and_diagnose
 from synth.rehearsal.outcome import FAILED, CaseOutcome
 from synth.rehearsal.plants import RUNGS, PlantingTask, cause_places, unlisted_causes
-from synth.rehearsal.users_rig import Rig
+from synth.rehearsal.users_rig import Rig, load_engine
 
 # Cases without a main cause, and with a cause outside the library, per number of causes: a default rehearsal then
 # estimates the rates of false alarms and of missed unlisted causes to a tenth or two.
@@ -61,6 +61,8 @@ class Rehearsal:
                 self._tell_outcome(task, outcome, clock, tell)
             rest = [task for task in tasks if task not in made]
             here = (str(self.project), str(kept.folder), self.seed)
+            if rest:  # once, before each worker would
+                load_engine(self.rig)
             calls = [(task.name, CaseCall(*here, task, self.effects)) for task in rest]
             ended: dict[str, CaseOutcome] = {}
             for name, end in run_here(plant_and_diagnose, calls, min(self.workers, max(len(rest), 1))) if rest else ():
