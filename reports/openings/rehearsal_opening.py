@@ -19,13 +19,19 @@ def rehearsal_opening(result: Result) -> Opening:
     """The sentence, and the sizes of the planted causes, what people ask for first."""
     document = result.content
     trust = (
-        f"{document.get('cases')} cases in simulations of this leg with these trials, this noise and these tolerances, "
-        f"{_planted_beside(document)}, with an independent engine and other functional forms; each diagnosed without "
-        "access to the answer."
+        f"{document.get('cases')} cases in simulations of this leg with these trials, this noise"
+        f"{_filter_words(document)} and these tolerances, {_planted_beside(document)}, with an independent engine and "
+        "other functional forms; each diagnosed without access to the answer."
     )
     more = "For surer counts plant more: the same command with a larger `--count` goes on from here."
     coverage = str(document.get("coverage") or "")
     return Opening(str(document.get("sentence") or ""), f"{coverage} {trust}".strip(), [more], figures=_figures(result))
+
+
+def _filter_words(document: Mapping[str, Any]) -> str:
+    """What the noise of some joints seems to have gone through; nothing where it is independent."""
+    behind = mapping(document, "noise_filters")
+    return f" ({', '.join(f'{joint}: as behind {words}' for joint, words in behind.items())})" if behind else ""
 
 
 def _planted_beside(document: Mapping[str, Any]) -> str:

@@ -36,6 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="simulate your leg and trials with known causes, diagnose them blind, and report which are found "
         "and from which size; resumes an interrupted run",
     )
+    parser.add_argument(
+        "--keep",
+        metavar="FOLDER",
+        help="write each rehearsed case into it, as a project to open with `synth gap`, beside its truth.json",
+    )
     parser.add_argument("--count", type=count, metavar="N", help="rehearsal cases (default: two per cause and joint)")
     parser.add_argument("--workers", type=count, metavar="N", help="parallel cases or projects (default: all cores)")
     cluster_argument(parser)
@@ -66,7 +71,7 @@ def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.commands.project_folder import refuse_options, run_folder
     from synth.errors import UserError
 
-    refuse_options(arguments, ("effect", "check", "rehearse", "count"), "is a folder; this is for one project")
+    refuse_options(arguments, ("effect", "check", "rehearse", "count", "keep"), "is a folder; this is for one project")
     if not arguments.out:
         raise UserError('--out is missing: "--out DIR" names the folder to write (see synth gap --help)')
     return run_folder(arguments, progress, gaps())
@@ -74,6 +79,7 @@ def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
 
 APPLIES_TO = {
     "count": "--rehearse",
+    "keep": "--rehearse",
     "workers": "a folder of projects or to --rehearse",
     "scheduler": "a folder of projects",
 }
@@ -88,7 +94,7 @@ def _refuse(arguments: argparse.Namespace, *, jumps: bool) -> None:
         raise UserError(f"{' and '.join(asked)} exclude each other; give one of them")
     if jumps and (arguments.check or arguments.rehearse):
         raise UserError(f"{asked[0]} applies to swinging legs; use --dry-run for a jumping leg's recordings")
-    for name in ("count", "workers", "scheduler"):
+    for name in ("count", "keep", "workers", "scheduler"):
         if getattr(arguments, name) is not None and (name == "scheduler" or not arguments.rehearse):
             raise UserError(f"--{name} applies to {APPLIES_TO[name]} only")
     if not arguments.out and not arguments.check:

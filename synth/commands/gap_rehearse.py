@@ -19,13 +19,18 @@ if TYPE_CHECKING:
     from synth.rehearsal.outcome import CaseOutcome
 
 Json = Mapping[str, Any]
+CANNOT_BE_HAD = 1  # exit status, as in ``synth.cli``
 MOST_WRONG = 8  # confusions and ties on the screen; JSON and page list all
 
 
 def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
-    """Rehearse; write ``rehearsal.json`` and a page. Finished cases of an earlier run are reused."""
+    """Rehearse; write ``rehearsal.json`` and a page. Finished cases of an earlier run are reused.
+
+    Returns ``CANNOT_BE_HAD`` if some diagnosis failed: the counts are then of fewer cases than were asked for.
+    """
     from synth.batch.folder import RunCheckpoint
     from synth.batch.folder_task import identity_of
+    from synth.compiling.announced import told_to
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
     from synth.rehearsal.rehearse import CASE_FORMAT, FOLDER_NOTE, Rehearsal, default_count
@@ -49,7 +54,8 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
             progress.say(f"note: {text}")
         workers = arguments.workers or core_count()
         work = Rehearsal(Path(os.path.realpath(project.path)), rig, project.seed, count, workers, identity, effects)
-        with progress.stage(f"rehearsing {count} cases"):
+        work.cases = os.path.realpath(arguments.keep) if arguments.keep else ""
+        with progress.stage(f"rehearsing {count} cases"), told_to(progress.stage):
             work.run(kept, earlier, progress.say)
         result = RehearsalResult(project.name, rig, project.seed, tuple(work.outcomes), identity)
         write_json(folder / "rehearsal.json", result.as_json())
@@ -62,7 +68,9 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
         progress.result(rehearsal_text(content))
     progress.say(f"rehearsal: {Path(arguments.out) / 'rehearsal.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
-    return 0
+    if arguments.keep:
+        progress.say(f"cases: {arguments.keep}")
+    return CANNOT_BE_HAD if result.failed else 0
 
 
 def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:

@@ -5,6 +5,9 @@ show the rounding of the file, often a hundredth of what the filter let through.
 lower ones. While they lie above the filter's cut-off they grow steeply with D; between the cut-off and the motion's
 frequencies they stay at the noise that the filter let through; beyond, the motion's own differences take over, steeply
 again. So the noise of filtered readings is read where they grow least.
+
+A filter that leaves a part of the noise at all frequencies, as a mean of some readings does, has no such plateau, and
+where the motion is fast for the sampling rate none lies between. It shows in the spectrum: see ``low_pass``.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array, Mask
+from synth.diagnosis.low_pass import FilteredNoise, LowPass, filter_with_ratio, filtered_noise
 from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
 from synth.noise import robust_deviation, unit_differences
@@ -42,7 +46,8 @@ class AngleSensor:
 
     ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED_RATIO`` on
     they were filtered. ``known`` : joints whose noise is stated, not read. ``of_mean`` (n,) : noise of a used angle
-    over that of a reading, below 1 where dense readings are averaged.
+    over that of a reading, below 1 where dense readings are averaged. ``filters`` (n,) : what the noise went through,
+    None where it seems independent from one reading to the next; of the joints ``by_spectrum`` the spectrum shows it.
     """
 
     noise: Array
@@ -50,6 +55,8 @@ class AngleSensor:
     scatter: Array
     known: tuple[int, ...] = ()
     of_mean: Array | None = None
+    filters: tuple[LowPass | None, ...] = ()
+    by_spectrum: tuple[int, ...] = ()
 
     def stated(self, joints: Sequence[str], noise: Mapping[str, float] | None) -> AngleSensor:
         """With the noise (rad) of a reading that a project states of some joints, in place of what they show."""
@@ -91,12 +98,33 @@ def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     step = np.where((step > 0.0) & _on_grid(recordings, step), step, 0.0)
     noise = np.maximum(white, step / np.sqrt(12.0)) + LEAST_NOISE
     scatter = np.array([_scatter_ratio(recordings, j, float(noise[j])) for j in range(n)])
+    behind = [_behind_filter(recordings, j, float(noise[j]), float(step[j])) for j in range(n)]
+    shown = tuple(j for j, seen in enumerate(behind) if seen)
+    neighbours = noise
     noise = _noise_of_filtered(recordings, noise, step, scatter)
+    noise = np.array([own if seen is None else max(own, seen.noise) for own, seen in zip(noise, behind, strict=True)])
+    filters = tuple(
+        seen.filter if seen else filter_with_ratio(white_part, DIFFERENCE_ORDER)
+        for seen, white_part in zip(behind, (neighbours / noise).tolist(), strict=True)
+    )
     usual = float(np.median(noise))
     alike = np.abs(np.log(noise / usual)) < SAME_SENSOR_SHARE
     if np.any(alike):
         noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
-    return AngleSensor(noise, step, scatter, of_mean=np.array([_noise_of_mean(recordings, j) for j in range(n)]))
+    of_mean = np.array([_noise_of_mean(recordings, j) for j in range(n)])
+    return AngleSensor(noise, step, scatter, of_mean=of_mean, filters=filters, by_spectrum=shown)
+
+
+def _behind_filter(recordings: Sequence[Recording], joint: int, noise: float, step: float) -> FilteredNoise | None:
+    """The filter of a joint's readings by their spectrum; None for means of dense readings and for coarse counts.
+
+    ``noise`` and ``step`` (rad) of neighbouring readings. Counts as large as the noise depend on the motion between
+    them, and have no spectrum of their own.
+    """
+    if step >= FINE_STEP_TO_MOTION * _motion_rms(recordings, joint) and step > noise / ROUNDING_RATIO:
+        return None
+    found = filtered_noise(recordings, joint, step)
+    return found if found and found.noise > max(noise, ROUNDING_RATIO * step / np.sqrt(12.0)) else None
 
 
 def _noise_of_mean(recordings: Sequence[Recording], joint: int) -> float:

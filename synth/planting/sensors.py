@@ -69,14 +69,21 @@ class PlantedSensor:
             angle = np.where(self.width > 0, _round_to_counts(angle, self.width), angle)
         return np.asarray(angle)
 
-    def record(self, angle: Array, noise: float | Array, counts: float | Array, rng: np.random.Generator) -> Array:
+    def record(
+        self,
+        angle: Array,
+        noise: float | Array,
+        counts: float | Array,
+        rng: np.random.Generator,
+        shaken_by: Array | None = None,
+    ) -> Array:
         """Recorded angles (m, n) rad: ``angle`` with noise, rounded to counts.
 
         ``noise`` : rad, standard deviation. ``counts`` : of the design, per turn; infinite for no rounding. A coarser
-        ``width`` takes precedence.
+        ``width`` takes precedence. ``shaken_by`` : (m, n), the noise in terms of its deviation; None: white.
         """
         width = np.where(self.width > 0, self.width, 2 * math.pi / np.asarray(counts))
-        shaken = angle + noise * rng.standard_normal(angle.shape)
+        shaken = angle + noise * (rng.standard_normal(angle.shape) if shaken_by is None else shaken_by)
         return np.where(width > 0, _round_to_counts(shaken, width), shaken)
 
 

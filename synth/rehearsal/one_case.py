@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import synth
+from synth.files.output import output_folder, write_json
 from synth.planting.forms import NotApplicable, TooSmall
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, explanations_of, named_causes
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 PACKAGE = Path(synth.__file__).resolve().parent
 LONGEST_DIAGNOSIS = 900.0  # s per diagnosis; a longer one counts as failed
+TRUTH_FILE = "truth.json"
 MOST_MESSAGE = 400  # characters of a failed diagnosis' message
 
 
@@ -40,6 +42,7 @@ class CaseCall:
     seed: int
     task: PlantingTask
     effects: tuple[str, ...] = ()  # files of the user's own effects, which the diagnosis includes
+    cases: str = ""  # folder in which the case is kept, with its answer; empty: it is not
 
 
 def plant_and_diagnose(call: CaseCall) -> dict[str, Any]:
@@ -54,8 +57,25 @@ def plant_and_diagnose(call: CaseCall) -> dict[str, Any]:
         return replace(none, message=_reason(why)).as_json()
     with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
         case = write_case(project, rig, planted, Path(folder))
-        document, message = diagnose_apart(case, Path(folder) / "out", [Path(call.kept)], call.effects)
+        closed = [Path(call.kept), *([Path(call.cases)] if call.cases else [])]
+        document, message = diagnose_apart(case, Path(folder) / "out", closed, call.effects)
+    if call.cases:
+        _keep_case(call, planted)
     return _case_outcome(task, planted, document, message).as_json()
+
+
+def keep_planted(call: CaseCall) -> None:
+    """Write a case that was diagnosed before into ``call.cases``, unless it is there."""
+    if not (Path(call.cases) / call.task.name).exists():
+        _keep_case(call, _plant_case(call))
+
+
+def _keep_case(call: CaseCall, planted: Planted) -> None:
+    """As a project beside ``truth.json``; what an earlier run left of it is replaced."""
+    project, rig = _read_project_and_rig(call.project)
+    with output_folder(Path(call.cases) / call.task.name) as folder:
+        write_case(project, rig, planted, folder)
+        write_json(folder / TRUTH_FILE, planted.answer)
 
 
 @lru_cache(maxsize=1)
@@ -134,11 +154,13 @@ def _case_outcome(task: PlantingTask, planted: Planted, document: dict[str, Any]
     key = (main["effect"], main["joint"]) if causes else None
     small = tuple((effect, joint) for effect, joint in planted.answer["small"])
     if document is None:
-        return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, message)
+        failed = CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, message)
+        return replace(failed, truth=planted.answer["truth"])
     named = named_causes(document)
     first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
     probability = float(first[0]) if first else 0.0
     made = CaseOutcome(
         task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability
     )
-    return replace(made, explanations=explanations_of(document), small_gap=planted.answer["small_gap"])
+    made = replace(made, explanations=explanations_of(document), truth=planted.answer["truth"])
+    return replace(made, small_gap=planted.answer["small_gap"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from synth.rehearsal.plants import LIBRARY, PlantingTask
@@ -22,7 +22,8 @@ class CaseOutcome:
     of the diagnosis, ``cannot`` or ``failed``; ``named`` : the causes of all its explanations, the most probable first;
     ``probability`` of the first. ``explanations`` : the accepted one and those tied with it; None: one only.
     ``message`` : how the diagnosis ended if it failed, and the end of its error output; of what cannot be planted the
-    reason, empty if it can, but not as large.
+    reason, empty if it can, but not as large. ``truth`` : the built ``leg`` where it differs from the designed one, and
+    all ``causes`` with their numbers, SI.
     """
 
     task: PlantingTask
@@ -37,6 +38,7 @@ class CaseOutcome:
     message: str = ""
     explanations: tuple[tuple[Key, ...], ...] | None = None
     small_gap: float = 0.0
+    truth: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
@@ -117,6 +119,7 @@ class CaseOutcome:
     def as_json(self) -> dict[str, Any]:
         """One entry of ``plants`` in the result; also stored for an interrupted run."""
         return {
+            "name": self.task.name,
             "effect": self.task.effect,
             "joint": self.task.joint,
             "rung": self.task.rung,
@@ -127,6 +130,7 @@ class CaseOutcome:
             "size": self.size,
             "small": [list(key) for key in self.small],
             "small_gap": self.small_gap,
+            "truth": dict(self.truth),
             "verdict": self.verdict,
             "named": [list(key) for key in self.named],
             "probability": self.probability,
@@ -152,6 +156,7 @@ class CaseOutcome:
             content["message"],
             None if explanations is None else tuple(_cause_keys(each) for each in explanations),
             content["small_gap"],
+            content["truth"],
         )
 
 

@@ -14,6 +14,7 @@ from synth.arrays import Array, Mask
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.forms import Form, Maker, NotApplicable, Scale
+from synth.planting.model import PlantedLeg
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
 from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.setup import Setup
@@ -159,8 +160,9 @@ class Field:
         for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, every=True), self.rig.trials, strict=True)):
             assert motion is not None
             clean = sensor.read(ground.setup.true, motion, ground.times[i], trial.start, counted=False)
-            read = sensor.record(clean, self.rig.noise, self.rig.counts, rng)
-            readings.append(np.where(self._missing_samples(i), np.nan, read))
+            missing = self._missing_samples(i)
+            read = sensor.record(clean, self.rig.noise, self.rig.counts, rng, self.rig.unit_noise(rng, missing))
+            readings.append(np.where(missing, np.nan, read))
         return Planted(tuple(readings), self._answer(main, beside))
 
     def _missing_samples(self, number: int) -> Mask:
@@ -185,7 +187,40 @@ class Field:
             ],
             "small": [[cause.effect, names[cause.joint]] for cause in beside],
             "small_gap": self.left_by(beside),
+            "truth": {
+                "leg": _changes_of(self.rig.nominal, ground.setup.true),
+                "causes": [
+                    {
+                        "effect": cause.effect,
+                        "joint": names[cause.joint],
+                        "form": cause.form.name,
+                        "gap": cause.reached * ground.floor,
+                        "size": size_of(cause, ground.setup, ground.scale),
+                        "numbers": _plain(cause.form.tell(cause.size)),
+                    }
+                    for cause in (*main, *beside)
+                ],
+            },
         }
+
+
+def _changes_of(nominal: PlantedLeg, built: PlantedLeg) -> dict[str, dict[str, dict[str, float]]]:
+    """By joint and parameter, SI: the designed value and the built one, where they differ."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for j, joint in enumerate(nominal.names):
+        for row, name in enumerate(nominal.rows):
+            designed, made = float(nominal.values[row, j]), float(built.values[row, j])
+            if made != designed:
+                found.setdefault(joint, {})[name] = {"designed": designed, "built": made}
+    return found
+
+
+def _plain(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """For JSON, which has no infinity."""
+    told = {name: value if isinstance(value, str) else float(value) for name, value in numbers.items()}
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in told.items()
+    }
 
 
 def cause_places(rig: Rig, seed: int) -> list[tuple[str, int]]:

@@ -181,6 +181,9 @@ class RehearsalResult:
             "background_share": BACKGROUND_SHARE,
             "small_causes": self._small_causes_json(),
             "noise": quantity(float(np.sqrt(np.mean(self.rig.noise**2))), "deg"),
+            "noise_filters": {
+                name: one.words for name, one in zip(self.rig.nominal.names, self.rig.filters, strict=False) if one
+            },
             "rungs": list(RUNGS),
             "joints": list(self.rig.nominal.names),
             "causes": [shown.as_json() for shown in self.shown],

@@ -14,10 +14,10 @@ from synth.batch.folder import RunCheckpoint
 from synth.batch.local import run_here
 from synth.errors import UserError
 from synth.rehearsal.ladder import round_of
-from synth.rehearsal.one_case import CaseCall, plant_and_diagnose
+from synth.rehearsal.one_case import CaseCall, keep_planted, plant_and_diagnose
 from synth.rehearsal.outcome import FAILED, CaseOutcome
 from synth.rehearsal.plants import RUNGS, PlantingTask, cause_places, unlisted_causes
-from synth.rehearsal.users_rig import Rig
+from synth.rehearsal.users_rig import Rig, load_engine
 
 # Cases without a main cause, and with a cause outside the library, per number of causes: a default rehearsal then
 # estimates the rates of false alarms and of missed unlisted causes to a tenth or two.
@@ -26,7 +26,7 @@ CASES_A_CAUSE = 2  # default; fewer do not bisect for a rung
 UNLISTED_RUNG = 2  # rung of causes outside the library: large enough to matter
 OUTCOME_FILE = "outcome.json"
 # Raised where a task is planted or recorded otherwise: finished cases of before are then not reused.
-CASE_FORMAT = "3"
+CASE_FORMAT = "4"
 FOLDER_NOTE = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
 
 
@@ -41,6 +41,7 @@ class Rehearsal:
     workers: int
     identity: Mapping[str, str]
     effects: tuple[str, ...] = ()
+    cases: str = ""  # folder in which cases are kept; empty: they are not
     outcomes: list[CaseOutcome] = field(default_factory=list)
 
     def run(self, kept: RunCheckpoint, earlier: Mapping[str, CaseOutcome], tell: Callable[[str], None]) -> None:
@@ -61,7 +62,12 @@ class Rehearsal:
                 self._tell_outcome(task, outcome, clock, tell)
             rest = [task for task in tasks if task not in made]
             here = (str(self.project), str(kept.folder), self.seed)
-            calls = [(task.name, CaseCall(*here, task, self.effects)) for task in rest]
+            if self.cases:
+                for task in (task for task, outcome in made.items() if outcome.counts):
+                    keep_planted(CaseCall(*here, task, self.effects, self.cases))
+            if rest:  # once, before each worker would
+                load_engine(self.rig)
+            calls = [(task.name, CaseCall(*here, task, self.effects, self.cases)) for task in rest]
             ended: dict[str, CaseOutcome] = {}
             for name, end in run_here(plant_and_diagnose, calls, min(self.workers, max(len(rest), 1))) if rest else ():
                 if end.problems:

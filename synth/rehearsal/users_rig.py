@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.compiling.compiled import keep_code_of
+from synth.cache import cache_folder
+from synth.compiling.announced import announced
+from synth.compiling.compiled import keep_code_of, kept_code
 from synth.diagnosis.check.run import UNEXPLAINED_SHARE
+from synth.diagnosis.low_pass import LowPass
 from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
@@ -17,7 +21,7 @@ from synth.fit.recordings import Recording, recordings
 from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
-from synth.planting.simulation import fastest
+from synth.planting.simulation import fastest, release
 from synth.rehearsal.servo_columns import DriveInputs, drive_inputs, planted_servos
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
@@ -31,6 +35,7 @@ keep_code_of(bodies, torque_laws, engine)  # before any of their functions is ca
 
 BACKGROUND_SHARE = UNEXPLAINED_SHARE  # share of each joint's motion (RMS) that small causes leave beside a main one
 LEAST_COUNT_SHARE = 0.1  # of the noise: a smaller step is the file's last digit
+FIRST_MOTION = 1e-3  # s, of the motion for which the engine is loaded
 TYPICAL_SPEED_SHARE = 0.5  # of the largest speed, at which a measured damper's rate is taken
 
 
@@ -40,7 +45,8 @@ class Rig:
 
     ``nominal`` : the designed leg; ``widths`` (9, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) per turn
     (infinite: not visible); ``background`` rad RMS of small causes; ``names`` and ``times`` of the trials,
-    ``missing`` (m, n) True where a sample is missing; ``left_out`` trials with their reasons.
+    ``missing`` (m, n) True where a sample is missing; ``left_out`` trials with their reasons; ``filters`` (n,) what the
+    noise goes through, None: it is independent.
     """
 
     nominal: PlantedLeg
@@ -54,6 +60,16 @@ class Rig:
     background: float
     left_out: tuple[str, ...]
     inputs: tuple[DriveInputs | None, ...] = ()  # of each trial's servos
+    filters: tuple[LowPass | None, ...] = ()
+
+    def unit_noise(self, rng: np.random.Generator, missing: Mask) -> Array:
+        """(m, n) noise of deviation 1 of a trial's samples; filters ran over those that are not ``missing`` (m, n)."""
+        white = rng.standard_normal(missing.shape)
+        for j, one in enumerate(self.filters):
+            if one is not None:
+                kept = ~missing[:, j]
+                white[kept, j] = one.noise(int(kept.sum()), rng)
+        return white
 
     def built(self, rng: np.random.Generator) -> Setup:
         """The rig with a leg drawn within the tolerances."""
@@ -77,6 +93,22 @@ class Rig:
         own = [np.sqrt(k / true.outboard(j)) for j, k in enumerate(true.of("spring")) if k > 0.0]
         slowest = min(own) if own else 1.0 / max(float(t[-1]) for t in self.times)
         return replace(setup, longest_lag=float(max(LONGEST_LAG, 0.5 / slowest)))
+
+
+def load_engine(rig: Rig) -> None:
+    """Load the generator's engine; where it must be compiled, that is announced."""
+    shortest = min(rig.trials, key=lambda trial: trial.duration)._replace(duration=FIRST_MOTION)
+
+    def move() -> None:
+        with suppress(ArithmeticError):  # only its code is wanted
+            release(Truth(rig.nominal), shortest, FIRST_MOTION / 10.0)
+
+    if kept_code(engine.__name__):
+        return move()
+    # Measured on two cores beside other work: 20 s of processor, 220 s of clock.
+    text = "compiling the engine that simulates the planted causes"
+    with announced(f"{text} (once on this machine, 20 to 200 s; stored in {cache_folder()})"):
+        return move()
 
 
 def users_rig(project: GapProject) -> Rig:
@@ -119,6 +151,7 @@ def users_rig(project: GapProject) -> Rig:
         BACKGROUND_SHARE * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
         tuple(left_out),
         tuple(inputs),
+        found.filters,
     )
 
 

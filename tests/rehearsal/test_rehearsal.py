@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import Context
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from synth.batch.folder import RunCheckpoint
 from synth.batch.task_outcome import TaskOutcome
 from synth.cli import main
 from synth.commands.gap_rehearse import rehearsal_text
+from synth.compiling.announced import told_to
 from synth.errors import UserError
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
 from synth.files.leg_file import write_leg
@@ -31,7 +34,7 @@ from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, explanations_of
 from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, cause_places
 from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
-from synth.rehearsal.users_rig import BACKGROUND_SHARE, Rig, users_rig
+from synth.rehearsal.users_rig import BACKGROUND_SHARE, Rig, load_engine, users_rig
 from synth.reports import write_rehearsal_report
 from synth.reports.openings.rehearsal_opening import rehearsal_opening
 from synth.reports.reading import read_result
@@ -454,6 +457,7 @@ def test_a_leg_with_effects_is_refused() -> None:
         (["--rehearse", "--check"], "exclude each other"),
         (["--rehearse", "--count", "0"], "0"),
         (["--rehearse"], "--out is missing"),
+        (["--keep", "cases"], "--keep applies to --rehearse only"),
     ],
 )
 def test_impossible_requests_give_one_message(
@@ -467,12 +471,7 @@ def test_impossible_requests_give_one_message(
 
 
 def test_one_case_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    write_leg(TWO, tmp_path / "my.leg.yaml")
-    (tmp_path / "trials").mkdir()
-    for trial in recorded(TWO, seed=2, noise=np.radians(0.01), held_out=0):
-        rows = [f"{t:.6f},{a:.6f},{b:.6f}" for t, (a, b) in zip(trial.time, np.degrees(trial.angles), strict=True)]
-        (tmp_path / "trials" / trial.name).write_text("\n".join(["time [s],hip [deg],knee [deg]", *rows]) + "\n")
-    (tmp_path / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [trials/*.csv]\n")
+    written_project(tmp_path)
     words = ["gap", "--rehearse", str(tmp_path / "gap.yaml"), "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main([*words, "--count", "1"]) == 0
     first = json.loads((tmp_path / "out" / "rehearsal.json").read_text())
@@ -483,3 +482,101 @@ def test_one_case_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "reusing finished cases of the same input files" in capsys.readouterr().out
     assert json.loads((tmp_path / "out" / "rehearsal.json").read_text())["plants"] == first["plants"]
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_planted_noise_went_through_the_filter_of_the_user_s(tmp_path: Path) -> None:
+    """A mean of nine readings: a quarter of its noise was planted, and that independent."""
+    rng, made = np.random.default_rng(3), []
+    for trial in recorded(TWO, seed=2, noise=0.0, time=np.arange(0.0, 2.0, 0.005)):
+        wide = np.radians(0.3) * rng.standard_normal((len(trial.time) + 8, 2))
+        shaken = np.stack([np.convolve(column, np.full(9, 1 / 9), "valid") for column in wide.T], axis=1)
+        made.append(replace(trial, angles=np.radians(np.round(np.degrees(trial.angles + shaken), 5))))
+    own = replace(users_rig(project(TWO, made)), background=0.0)
+    np.testing.assert_allclose(np.degrees(own.noise), 0.1, rtol=0.15)
+    field = Field.of(own, 5, 0)
+    readings = plant(field, PlantingTask("", 0, 0, 0)).readings
+    clean = [field.ground.setup.true.reading(m.at(t)) for m, t in zip(field.ground.plain, own.times, strict=True)]
+    noise = np.concatenate([(a - b)[None] for a, b in zip(readings, clean, strict=True)])
+    assert np.degrees(np.std(noise)) == pytest.approx(0.1, rel=0.15)
+    assert np.mean(noise[:, 1:] * noise[:, :-1]) / np.mean(noise**2) == pytest.approx(8 / 9, abs=0.04)
+    content = RehearsalResult("leg", own, 0, (outcome("backlash", 1, 2, True),), {}).as_json()
+    assert content["noise_filters"] == dict.fromkeys(TWO.joint_names, "a mean of 9 readings")
+    (tmp_path / "rehearsal.json").write_text(json.dumps(content))
+    assert "as behind a mean of 9 readings" in write_rehearsal_report(tmp_path).read_text()
+
+
+def test_the_truth_of_a_case_has_the_built_leg_and_every_cause(field: Field) -> None:
+    """Only the main size stood there: neither the built leg nor the sizes of the small causes."""
+    answer = plant(field, PlantingTask("coulomb_friction", 1, 2, 0)).answer
+    main, *beside = answer["truth"]["causes"]
+    assert [main["effect"], main["size"]] == ["coulomb_friction", answer["causes"][0]["size"]]
+    assert [[each["effect"], each["joint"]] for each in beside] == answer["small"]
+    assert all(each["numbers"] for each in (main, *beside))
+    built = field.ground.setup.true
+    for joint, values in answer["truth"]["leg"].items():
+        for name, pair in values.items():
+            assert pair["built"] == built.of(name)[built.names.index(joint)]
+            assert pair["designed"] == field.rig.nominal.of(name)[built.names.index(joint)] != pair["built"]
+    assert set(answer["truth"]["leg"]["knee"]) >= {"mass", "spring", "free_angle"}
+    assert json.dumps(answer, allow_nan=False)
+    told = replace(outcome("coulomb_friction", 1, 2, True), truth=answer["truth"])
+    assert CaseOutcome.from_json(json.loads(json.dumps(told.as_json()))) == told
+
+
+def written_project(folder: Path) -> Path:
+    write_leg(TWO, folder / "my.leg.yaml")
+    (folder / "trials").mkdir()
+    for trial in recorded(TWO, seed=2, noise=np.radians(0.01), held_out=0):
+        rows = [f"{t:.6f},{a:.6f},{b:.6f}" for t, (a, b) in zip(trial.time, np.degrees(trial.angles), strict=True)]
+        (folder / "trials" / trial.name).write_text("\n".join(["time [s],hip [deg],knee [deg]", *rows]) + "\n")
+    (folder / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [trials/*.csv]\n")
+    return folder / "gap.yaml"
+
+
+def test_a_case_is_kept_and_a_failed_one_told_by_the_exit_status(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The folder of a case was deleted: a confusion could not be looked at. A rehearsal without a diagnosis ended 0."""
+    here = [(None, "killed by SIGKILL"), ({"verdict": "none", "ranked": []}, "")]
+    monkeypatch.setattr(one_case, "diagnose_apart", lambda *given: here.pop())
+
+    def run_in_turn(function: Any, calls: Any, workers: int) -> Iterator[tuple[str, TaskOutcome]]:
+        for name, call in calls:
+            yield name, TaskOutcome(value=Context().run(function, call))  # as another process, it may write elsewhere
+
+    monkeypatch.setattr(rehearse, "run_here", run_in_turn)
+    words = ["gap", "--rehearse", str(written_project(tmp_path)), "--out", str(tmp_path / "out")]
+    words += ["--count", "2", "--workers", "1"]
+    kept = tmp_path / "cases"
+    assert main([*words, "--keep", str(kept)]) == 1
+    assert "1 diagnosis failed and is not counted" in capsys.readouterr().out
+    plants = json.loads((tmp_path / "out" / "rehearsal.json").read_text())["plants"]
+    assert sorted(path.name for path in kept.iterdir()) == sorted(each["name"] for each in plants)
+    for each in plants:
+        assert read_gap_project(kept / each["name"] / "gap.yaml").trials
+        assert json.loads((kept / each["name"] / "truth.json").read_text())["truth"] == each["truth"]
+    again = tmp_path / "again"
+    here[:] = [({"verdict": "none", "ranked": []}, "")]  # the failed one is made again, the other only written
+    assert main([*words, "--keep", str(again)]) == 0
+    assert here == []
+    for each in plants:
+        for file in (kept / each["name"] / "trials").iterdir():
+            assert file.read_bytes() == (again / each["name"] / "trials" / file.name).read_bytes()
+
+
+def test_the_engine_is_compiled_once_and_says_so(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Minutes passed in silence, in each worker."""
+    said: list[str] = []
+
+    @contextmanager
+    def stage(text: str) -> Iterator[None]:
+        said.append(text)
+        yield
+
+    load_engine(rig)
+    with told_to(stage):
+        load_engine(rig)
+        assert said == []
+        monkeypatch.setattr("synth.rehearsal.users_rig.kept_code", lambda module: False)
+        load_engine(rig)
+    assert "compiling the engine that simulates the planted causes (once on this machine" in said[0]

@@ -147,13 +147,16 @@ def _coarse_findings(channel: Channel) -> list[Finding]:
 
 
 def _filtered_findings(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
-    """Readings that agree far better with their neighbours than with a smooth motion."""
+    """Readings that agree far better with their neighbours than with a smooth motion, or noise as behind a filter."""
     if sensor.step[j] > 0.5 * sensor.noise[j]:
         return []  # rounded readings scatter by their count anyway
-    if sensor.scatter[j] < FILTERED_RATIO:
+    if sensor.scatter[j] >= FILTERED_RATIO:
+        text = f"readings scatter {sensor.scatter[j]:.1f} times more about a smooth motion than from one to the next:"
+        text += " they were low-pass filtered or interpolated, or the joint is shaken"
+    elif j in sensor.by_spectrum and (seen := sensor.filters[j]) is not None:
+        text = f"the readings' noise has the spectrum of {seen.words}: they were low-pass filtered"
+    else:
         return []
-    text = f"readings scatter {sensor.scatter[j]:.1f} times more about a smooth motion than from one to the next:"
-    text += " they were low-pass filtered or interpolated, or the joint is shaken"
     remedy = "use the sensor's raw readings; a filter removes the marks of friction and backlash at turning points"
     return [Finding("note", text, remedy, joint=name)]
 

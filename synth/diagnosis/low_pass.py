@@ -1,0 +1,273 @@
+"""Low-pass filters as labs and sensors have them, and which of them the readings' noise went through, if any.
+
+A smooth motion hardly has frequencies above some times its own; noise has. There the spectrum of unfiltered readings is
+flat; of filtered ones it is that of the filter down to the rounding of the file: the zeros of a mean of N readings, the
+edge of a Butterworth filter. Differences of neighbours, which tell the noise of independent readings, see of filtered
+ones only what is left at the highest frequencies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import smoothing_weights
+from synth.noise import EVEN, difference_scale
+
+SEGMENT = 512  # samples of a spectrum, at most: a filter has no finer features
+LEAST_SEGMENT = 96  # samples: of fewer, the taper's width leaves nothing beside the motion
+# Of the Kaiser window: side lobes of -136 dB (Kaiser & Schafer, IEEE Trans. ASSP 28 (1980) 105), below the rounding of
+# a motion of 90 deg to 1e-5 deg; half of its main lobe's width, and its equivalent width, in frequency steps.
+KAISER, HALF_LOBE, EQUIVALENT = 14.0, 4.6, 2.15
+MOTION_BANDS = (2.5, 3.5, 5.0, 7.0, 10.0)  # of the motion's own frequency, above which it may have ended
+TAILS = (4.0, 6.0, 10.0)  # powers with which a motion's spectrum falls: jumps of speed, of acceleration, smoother
+LEAST_BINS = 12  # frequencies of a spectrum between the motion's and the highest
+LEAST_GAIN = 12.0  # of log likelihood over white noise: odds of 1e5 to 1, for some hundred filters
+WORST_FIT = 1.6  # mean deviance of the spectrum from its model; 1 is expected
+GOOD_FIT = 1.2  # of white noise, which is then believed
+MOST_WEIGHT = 16.0  # spectra: of more, a fit within some 20 % of each power is good enough
+PLATEAU = 1.5  # of the lowest frequency, least cutoff: nearer, what a filter let through is not seen
+EDGE_STEP = 1.15  # ratio of neighbouring cutoffs that are tried
+LEAST_POWER = 1e-24  # rad^2, far below any rounding
+MEDIAN_WEIGHT = 0.7  # of a mean of as many spectra: what their median tells
+ALIKE = 0.8  # of the noise, that of neighbours from which it counts as independent: as two sensors of one kind are
+ROUNDS = 40  # of the scaling of two levels, which converges within some tens
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """A filter of readings: ``kind`` and its numbers; see ``response``.
+
+    ``kind`` : ``mean`` of ``points`` readings; ``polynomial`` of ``order`` through ``points`` readings
+    (Savitzky-Golay); ``butterworth`` of that ``order``, run ``passes`` times, with ``cutoff`` in terms of the
+    sampling rate.
+    """
+
+    kind: str
+    points: int = 0
+    order: int = 0
+    cutoff: float = 0.0
+    passes: int = 1
+
+    def response(self, frequency: Array) -> Array:
+        """(m,) gain at frequencies (m,) in terms of the sampling rate, 0 to 0.5."""
+        if self.kind == "mean":
+            return _gain_of(np.full(self.points, 1.0 / self.points), frequency)
+        if self.kind == "polynomial":
+            return _gain_of(smoothing_weights(self.points, self.order)[0], frequency)
+        with np.errstate(over="ignore"):
+            ratio = np.tan(np.pi * np.minimum(frequency, 0.5 - 1e-9)) / np.tan(np.pi * self.cutoff)
+            return np.asarray((1.0 + ratio ** (2 * self.order)) ** (-0.5 * self.passes))
+
+    @property
+    def words(self) -> str:
+        """As a reader would say it."""
+        if self.kind == "mean":
+            return f"a mean of {self.points} readings"
+        if self.kind == "polynomial":
+            return f"a local polynomial through {self.points} readings"
+        return f"a filter that cuts off at some {self.cutoff:.2g} of the sampling rate"
+
+    def noise(self, count: int, rng: np.random.Generator) -> Array:
+        """(count,) noise of deviation 1 that went through the filter."""
+        long = 2 * count + 256  # so that the end does not agree with the start
+        gain = self.response(np.fft.rfftfreq(long))
+        power = np.full(len(gain), 2.0)
+        power[0] = 1.0
+        power[-1] = 1.0 if long % 2 == 0 else 2.0
+        gain /= np.sqrt(float(power @ gain**2) / long)
+        return np.fft.irfft(gain * np.fft.rfft(rng.standard_normal(long)), long)[128 : 128 + count]
+
+
+@dataclass(frozen=True)
+class FilteredNoise:
+    """``filter`` of a channel, and the RMS (rad) of the noise that it let through."""
+
+    filter: LowPass
+    noise: float
+
+
+def _gain_of(weights: Array, frequency: Array) -> Array:
+    at = np.arange(len(weights)) - 0.5 * (len(weights) - 1)
+    return np.asarray(np.abs(np.cos(2.0 * np.pi * np.outer(frequency, at)) @ weights))
+
+
+WHITE = LowPass("mean", points=1)
+
+
+@lru_cache(maxsize=1)
+def _filters() -> tuple[LowPass, ...]:
+    cutoffs = (0.025 * EDGE_STEP ** np.arange(21)).tolist()
+    return (
+        *(LowPass("mean", points=n) for n in range(2, 26)),
+        *(LowPass("polynomial", points=n, order=d) for d in (2, 4) for n in range(d + 3, 32, 2)),
+        *(LowPass("butterworth", order=n, cutoff=c, passes=k) for k in (1, 2) for n in (1, 2, 4) for c in cutoffs),
+    )
+
+
+def filtered_noise(recordings: Sequence[Recording], joint: int, step: float) -> FilteredNoise | None:
+    """The filter and noise of a joint's readings; None for unfiltered ones, and where they do not show it.
+
+    Parameters
+    ----------
+    step : rad, of the readings, 0 if not visible.
+    """
+    found = _Spectrum.of(recordings, joint)
+    if found is None:
+        return None
+    for times in MOTION_BANDS:
+        first = int(times * found.own * found.length + HALF_LOBE) + 1
+        if len(found.power) - first < LEAST_BINS * EQUIVALENT:
+            return None
+        white = _Fits.of(found, first, (WHITE,), step)
+        if white.deviance[0] < GOOD_FIT:
+            return None
+        fits = _refined(found, first, step)
+        best = int(np.argmax(fits.likelihood))
+        if min(fits.deviance[best], white.deviance[0]) > WORST_FIT:
+            continue
+        which = fits.filters[best]
+        edge = which.kind == "butterworth" and which.cutoff < PLATEAU * first / found.length
+        if edge or fits.likelihood[best] - white.likelihood[0] < LEAST_GAIN:
+            return None
+        gain = which.response(np.linspace(0.0, 0.5, 2001))
+        return FilteredNoise(which, float(np.sqrt(fits.level[best] * np.mean(gain**2))))
+    return None
+
+
+def filter_with_ratio(ratio: float, order: int) -> LowPass | None:
+    """The Butterworth filter, run to and fro as labs do, after which noise seems so much smaller; None from 1 on.
+
+    ``ratio`` : noise by differences of that ``order`` over the noise's RMS.
+    """
+    if ratio >= ALIKE:
+        return None
+    grid = np.linspace(0.0, 0.5, 4001)
+    seen = (2.0 * np.sin(np.pi * grid)) ** (2 * order) / difference_scale(order) ** 2
+    filters = [LowPass("butterworth", order=2, cutoff=c, passes=2) for c in np.geomspace(0.01, 0.48, 80).tolist()]
+    powers = [one.response(grid) ** 2 for one in filters]
+    found = [abs(np.log(np.sqrt(np.mean(seen * power) / np.mean(power)) / max(ratio, 1e-9))) for power in powers]
+    return filters[int(np.argmin(found))]
+
+
+def _refined(spectrum: _Spectrum, first: int, step: float) -> _Fits:
+    """Fits of all filters; where an edge fits best, of edges about it."""
+    fits = _Fits.of(spectrum, first, _filters(), step)
+    for reach in (EDGE_STEP, EDGE_STEP**0.25):
+        best = fits.filters[int(np.argmax(fits.likelihood))]
+        if best.kind != "butterworth":
+            break
+        cutoffs = np.minimum(best.cutoff * np.geomspace(1.0 / reach, reach, 9), 0.48)
+        fits = _Fits.of(spectrum, first, tuple(replace(best, cutoff=c) for c in cutoffs.tolist()), step)
+    return fits
+
+
+@dataclass(frozen=True)
+class _Spectrum:
+    """``power`` (m,) rad^2 a reading at frequencies k / ``length`` of the sampling rate, of so many ``segments``;
+    ``own`` : the motion's frequency.
+    """
+
+    power: Array
+    length: int
+    segments: int
+    own: float
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording], joint: int) -> _Spectrum | None:
+        """Of a joint, the median over its trials' segments: an impact in one of them does not count."""
+        parts, own = [], 0.0
+        for recording in recordings:
+            if joint in recording.free:
+                parts += list(_even_stretches(recording, joint))
+                own = max(own, recording.step / (4.0 * np.pi * recording.smoothed.pace))
+        if not parts:
+            return None
+        length = min(SEGMENT, max(len(part) for part in parts)) // 2 * 2
+        pieces = [p[k : k + length] for p in parts for k in range(0, len(p) - length + 1, length // 2)]
+        line = np.vander(np.linspace(-1.0, 1.0, length), 2)
+        values = np.array(pieces)
+        values = values - (line @ np.linalg.lstsq(line, values.T, rcond=None)[0]).T
+        taper = _taper(length)
+        power = np.abs(np.fft.rfft(values * taper)) ** 2 + LEAST_POWER
+        count = len(pieces)
+        # Of so many exponential variables, the median in terms of their mean.
+        ranks = count // 2 + 1, (count + 1) // 2
+        share = float(np.mean([sum(1.0 / k for k in range(count - rank + 1, count + 1)) for rank in ranks]))
+        return cls(np.median(power, axis=0) / share, length, count, own)
+
+
+def _taper(length: int) -> Array:
+    """(length,) of unit power."""
+    taper = np.kaiser(length, KAISER)
+    return np.asarray(taper / np.linalg.norm(taper))
+
+
+@lru_cache(maxsize=4)
+def _expected(filters: tuple[LowPass, ...], length: int) -> Array:
+    """(n, m) spectra of unit noise behind filters, as the taper shows them: it fills their zeros."""
+    gain = np.array([one.response(np.fft.rfftfreq(4 * length)) for one in filters])
+    own = np.fft.irfft(gain**2)[:, :length]
+    seen = own * np.correlate(_taper(length), _taper(length), "full")[length - 1 :]
+    both = np.concatenate([seen, np.zeros((len(seen), 1)), seen[:, :0:-1]], axis=1)
+    return np.maximum(np.fft.rfft(both).real[:, ::2], LEAST_POWER)
+
+
+def _even_stretches(recording: Recording, joint: int) -> Iterator[Array]:
+    """Runs of good readings (k,) rad at even times."""
+    time, value, good = recording.channel(joint)
+    if len(time) < LEAST_SEGMENT:
+        return
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    broken = (np.abs(steps - usual) > EVEN * usual) | ~good[1:] | ~good[:-1]
+    edges = np.r_[0, np.flatnonzero(broken) + 1, len(time)]
+    for first, last in pairwise(edges.tolist()):
+        if last - first >= LEAST_SEGMENT:
+            yield value[first:last]
+
+
+@dataclass(frozen=True)
+class _Fits:
+    """Whittle's likelihood (Ark. Mat. 2 (1953) 423) of noise of each gain, beside rounding and a tail of the motion.
+
+    ``likelihood``, ``level`` (rad^2 of the noise before the filter) and ``deviance`` (1 is expected), each (n,), of
+    the ``filters``.
+    """
+
+    likelihood: Array
+    level: Array
+    deviance: Array
+
+    filters: tuple[LowPass, ...]
+
+    @classmethod
+    def of(cls, spectrum: _Spectrum, first: int, filters: tuple[LowPass, ...], step: float) -> _Fits:
+        """For filters (n,) at the frequencies from number ``first``; of each the tail that fits best.
+
+        ``step`` : rad, of rounding.
+        """
+        power, floor = spectrum.power[first:], step**2 / 12.0 + LEAST_POWER
+        weight = min(MEDIAN_WEIGHT * spectrum.segments, MOST_WEIGHT)
+        noise = _expected(filters, spectrum.length)[:, None, first:]
+        tail = (np.arange(first, len(spectrum.power)) / first) ** -np.array(TAILS)[:, None]
+        # Multiplicative steps keep the levels positive and never lower the likelihood (Fevotte & Idier, Neural Comput.
+        # 23 (2011) 2421).
+        level = np.median(power / (noise + 1e-6), axis=-1, keepdims=True) * np.ones((len(TAILS), 1))
+        rest = np.full_like(level, power[0])
+        for _ in range(ROUNDS):
+            inverse = 1.0 / (level * noise + rest * tail + floor)
+            slope = power * inverse**2
+            level *= np.sqrt((noise * slope).sum(-1, keepdims=True) / (noise * inverse).sum(-1, keepdims=True))
+            rest *= np.sqrt((tail * slope).sum(-1, keepdims=True) / (tail * inverse).sum(-1, keepdims=True))
+        ratio = power / (level * noise + rest * tail + floor)
+        likelihood = weight / EQUIVALENT * np.sum(np.log(ratio) - ratio, axis=-1)
+        deviance = 2.0 * weight * np.mean(ratio - 1.0 - np.log(ratio), axis=-1)
+        best = np.argmax(likelihood, axis=1), np.arange(len(filters))
+        return cls(likelihood[best[::-1]], level[..., 0][best[::-1]], deviance[best[::-1]], filters)
