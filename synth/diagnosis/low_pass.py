@@ -77,7 +77,7 @@ class LowPass:
     def noise(self, count: int, rng: np.random.Generator) -> Array:
         """(count,) noise of deviation 1 that went through the filter."""
         long = 2 * count + 256  # so that the end does not agree with the start
-        gain = self.response(np.asarray(np.fft.rfftfreq(long), dtype=np.float64))
+        gain = self.response(np.arange(count + 129) / long)
         power = np.full(len(gain), 2.0)
         power[0] = 1.0
         power[-1] = 1.0 if long % 2 == 0 else 2.0
@@ -212,8 +212,7 @@ def _taper(length: int) -> Array:
 @lru_cache(maxsize=4)
 def _expected(filters: tuple[LowPass, ...], length: int) -> Array:
     """(n, m) spectra of unit noise behind filters, as the taper shows them: it fills their zeros."""
-    frequency = np.asarray(np.fft.rfftfreq(4 * length), dtype=np.float64)
-    gain = np.array([one.response(frequency) for one in filters])
+    gain = np.array([one.response(np.arange(2 * length + 1) / (4 * length)) for one in filters])
     own = np.fft.irfft(gain**2)[:, :length]
     seen = own * np.correlate(_taper(length), _taper(length), "full")[length - 1 :]
     both = np.concatenate([seen, np.zeros((len(seen), 1)), seen[:, :0:-1]], axis=1)
