@@ -37,6 +37,7 @@ EDGE_STEP = 1.15  # ratio of neighbouring cutoffs that are tried
 LEAST_POWER = 1e-24  # rad^2, far below any rounding
 MEDIAN_WEIGHT = 0.7  # of a mean of as many spectra: what their median tells
 ALIKE = 0.8  # of the noise, that of neighbours from which it counts as independent: as two sensors of one kind are
+LAST_EDGE = 0.48  # of the sampling rate, highest cutoff that is tried: half of the rate passes all
 ROUNDS = 40  # of the scaling of two levels, which converges within some tens
 
 
@@ -98,7 +99,7 @@ def _gain_of(weights: Array, frequency: Array) -> Array:
     return np.asarray(np.abs(np.cos(2.0 * np.pi * np.outer(frequency, at)) @ weights))
 
 
-WHITE = LowPass("mean", points=1)
+WHITE = LowPass("mean", points=1)  # no filter
 
 
 @lru_cache(maxsize=1)
@@ -150,7 +151,7 @@ def filter_with_ratio(ratio: float, order: int) -> LowPass | None:
         return None
     grid = np.linspace(0.0, 0.5, 4001)
     seen = (2.0 * np.sin(np.pi * grid)) ** (2 * order) / difference_scale(order) ** 2
-    filters = [LowPass("butterworth", order=2, cutoff=c, passes=2) for c in np.geomspace(0.01, 0.48, 80).tolist()]
+    filters = [LowPass("butterworth", order=2, cutoff=c, passes=2) for c in np.geomspace(0.01, LAST_EDGE, 80).tolist()]
     powers = [one.response(grid) ** 2 for one in filters]
     found = [abs(np.log(np.sqrt(np.mean(seen * power) / np.mean(power)) / max(ratio, 1e-9))) for power in powers]
     return filters[int(np.argmin(found))]
@@ -163,7 +164,7 @@ def _refined(spectrum: _Spectrum, first: int, step: float) -> _Fits:
         best = fits.filters[int(np.argmax(fits.likelihood))]
         if best.kind != "butterworth":
             break
-        cutoffs = np.minimum(best.cutoff * np.geomspace(1.0 / reach, reach, 9), 0.48)
+        cutoffs = np.minimum(best.cutoff * np.geomspace(1.0 / reach, reach, 9), LAST_EDGE)
         fits = _Fits.of(spectrum, first, tuple(replace(best, cutoff=c) for c in cutoffs.tolist()), step)
     return fits
 

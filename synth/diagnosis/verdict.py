@@ -38,10 +38,10 @@ RIVAL_RATIO = 1.05
 # nearly every cause fits as badly (one motion that turns the other way), a list of them tells nothing.
 MOST_TIED = 6
 # Where a model's own error shows, from this share of the way from the noise, more causes than two are kept only if they
-# take this share of the gap. Each of three takes too little to dominate, and small causes of every kind follow that
-# error: on 40 dirty rigs without a main cause six of seven explanations with a cause that was not there were of three,
-# which took 70 to 93 % (``make blind-rigs``, seed 5050).
-FEW, FROM_NOISE, MOST_OF_MANY = 2, 0.25, 0.95
+# are all at one joint, or take nearly all of the gap, or one of them alone takes half of it. Otherwise nothing
+# dominates, and small causes of every kind follow that error: on 40 dirty rigs without a main cause six of seven
+# explanations with a cause that was not there were of three, which took 70 to 93 % (``make blind-rigs``, seed 5050).
+FEW, FROM_NOISE, MOST_OF_MANY, DOMINATES = 2, 0.25, 0.95, 0.5
 PROBABILITY_OF_COUNTS = 0.95  # probability of visible coarse counts; not tuned
 # Probability of an unknown cause if held-out trials surely contradict the explanation: a choice.
 UNKNOWN_IF_CONTRADICTED = 0.9
@@ -94,11 +94,11 @@ def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibr
     One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_FURTHER_SHARE`` of the
     whole gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only
     trial of its kind, such as the one log in which a servo reaches its current limit: without it the limit is not
-    determined, and the fold's error tells nothing against it. Far from the noise more than two causes must take nearly
-    all of the gap. A cause with more unknown numbers is not fewer there: a base that yields has initial states in each
-    piece of a swing, and follows what two other causes do. A cause that is less probable than none, because of its own
-    numbers, is no reason to distrust several: at the ends of its priors it imitates them. What leaves as much with
-    another cause in place of one is kept too, as a rival.
+    determined, and the fold's error tells nothing against it. Far from the noise more than two causes at several joints
+    must take nearly all of the gap, or one of them most of it. A cause with more unknown numbers is not fewer there: a
+    base that yields has initial states in each piece of a swing, and follows what two other causes do. A cause that is
+    less probable than none, because of its own numbers, is no reason to distrust several: at the ends of its priors it
+    imitates them. What leaves as much with another cause in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
@@ -108,7 +108,7 @@ def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibr
     )
     kept = []
     for hypothesis, size in zip(hypotheses, sizes, strict=True):
-        if far > FROM_NOISE and none is not None and _are_many_with_little(hypothesis, none):
+        if far > FROM_NOISE and none is not None and _are_many_small(hypothesis, hypotheses, none):
             continue
         simpler = [h for h, own, may in zip(hypotheses, sizes, likely, strict=True) if own <= size and may]
         fewer = [h for h in simpler if 0 < len(h.keys) < len(hypothesis.keys)]
@@ -131,10 +131,16 @@ def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibr
     return [h for h in hypotheses if any(h is k for k in kept) or any(_is_rival(h, k) for k in paid)]
 
 
-def _are_many_with_little(item: Assessment[F], none: Assessment[F]) -> bool:
-    """Whether more than ``FEW`` causes leave more than a small share of the gap, of fitted or of unseen trials."""
-    takes = min(share_removed_from_fitted(item, none), share_removed(item, none))
-    return len(item.keys) > FEW and takes < MOST_OF_MANY
+def _are_many_small(item: Assessment[F], hypotheses: Sequence[Assessment[F]], none: Assessment[F]) -> bool:
+    """Whether more than ``FEW`` causes lie at several joints, none takes most of the gap, and they leave some of it."""
+    if len(item.keys) <= FEW or len({joint for _, joint in item.keys}) == 1:
+        return False
+
+    def takes(found: Assessment[F]) -> float:
+        return min(share_removed_from_fitted(found, none), share_removed(found, none))
+
+    alone = [h for h in hypotheses if len(h.keys) == 1 and h.keys[0] in item.keys]
+    return takes(item) < MOST_OF_MANY and all(takes(h) <= DOMINATES for h in alone)
 
 
 def _likelier_than_none(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[bool]:

@@ -118,14 +118,25 @@ def test_three_causes_of_one_spring_are_any_curve_and_leave_an_unknown_cause() -
     assert len(mixed.accepted.keys) == 3
 
 
-@pytest.mark.parametrize(("left", "verdict", "count"), [(30.0, "effect", 3), (80.0, "unknown", 2)])
-def test_three_causes_are_named_far_from_the_noise_only_if_they_leave_nearly_nothing(
-    left: float, verdict: str, count: int
+@pytest.mark.parametrize(
+    ("joints", "first", "left", "verdict", "count"),
+    [
+        (("hip", "knee", "hip"), 600.0, 80.0, "unknown", 2),
+        (("hip", "knee", "hip"), 600.0, 30.0, "effect", 3),  # nothing is left
+        (("hip", "hip", "hip"), 600.0, 80.0, "effect", 3),  # a joint dominates
+        (("hip", "knee", "hip"), 450.0, 80.0, "effect", 3),  # a cause dominates
+    ],
+)
+def test_three_causes_far_from_the_noise_are_named_only_if_something_dominates(
+    joints: tuple[str, ...], first: float, left: float, verdict: str, count: int
 ) -> None:
-    """Each takes 40 % of the gap, two take 60 %: of a dirty rig's many small causes such three are often not there."""
-    three = [cause(name, joint) for name, joint in (("backlash", "hip"), ("latency", "knee"), ("spring_rate", "hip"))]
+    """Each takes 40 % of the gap or more, two take 60 %: of a dirty rig's many small causes such three are often not
+    there.
+    """
+    three = [cause(name, at) for name, at in zip(("backlash", "latency", "spring_rate"), joints, strict=True)]
+    singles = tuple(far_off(alone, each) for alone, each in zip((first, 600.0, 600.0), three, strict=True))
     sets = far_off(left, *three), far_off(400.0, *three[:2])
-    judged = judge(Hypotheses(far_off(1000.0), tuple(far_off(600.0, each) for each in three), sets), CALIBRATED)
+    judged = judge(Hypotheses(far_off(1000.0), singles, sets), CALIBRATED)
     assert (judged.verdict, len(judged.accepted.keys)) == (verdict, count)
 
 
