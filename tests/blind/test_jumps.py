@@ -42,8 +42,8 @@ def diagnosed(folder: Path, effects: dict[str, float], seed: int) -> dict[str, A
 @pytest.mark.parametrize(
     ("effects", "name", "least", "most"),
     [
-        ({"joint_damping.damping": 6e-4}, "joint_damping", 3e-4, 9e-4),
-        ({"voltage_sag.resistance": 0.5}, "voltage_sag", 0.35, 0.65),
+        pytest.param({"joint_damping.damping": 6e-4}, "joint_damping", 3e-4, 9e-4, marks=pytest.mark.slow),
+        pytest.param({"voltage_sag.resistance": 0.5}, "voltage_sag", 0.35, 0.65, marks=pytest.mark.slow),
         ({"gear_friction.torque": 5e-4}, "gear_friction", 3.5e-4, 6.5e-4),
     ],
 )

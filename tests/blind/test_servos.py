@@ -68,7 +68,7 @@ def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "effect"),
-    [("single", "gear_friction"), ("none", "gear_friction")],
+    [pytest.param("single", "gear_friction", marks=pytest.mark.slow), ("none", "gear_friction")],
 )
 def test_a_rig_is_as_large_as_its_answer_says(kind: str, effect: str, tmp_path: Path) -> None:
     name, answer = make_case(77, 3, kind, effect, tmp_path)

@@ -81,6 +81,7 @@ def test_the_friction_is_found_repeatably(pendulum: Callable[..., Path]) -> None
     assert numbers_of(run(pendulum("again"))) == numbers_of(gap)
 
 
+@pytest.mark.slow  # like ``diagnosis/test_diagnosis``, by files
 def test_identical_copies_do_not_count_twice(pendulum: Callable[..., Path]) -> None:
     given = 'trials: ["trials/*.csv"]\n'
     once = run(pendulum("once", given))

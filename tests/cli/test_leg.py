@@ -177,6 +177,7 @@ def test_the_held_out_error_is_that_of_all_their_samples(project: Path, design: 
         assert stated["value"] == pytest.approx(math.sqrt(sum(squares) / sum(counts)), rel=1e-6)
 
 
+@pytest.mark.slow  # a second design with solids
 def test_the_same_input_gives_the_same_bytes(
     project: Path, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -65,7 +65,7 @@ def test_an_error_that_moves_both_estimates_is_no_difference() -> None:
     assert same_leg(values, whole, values + 60.0 * unmoved, part, apart) < 1e-6
 
 
-@pytest.mark.parametrize("seed", [5001, 5004])
+@pytest.mark.parametrize("seed", [5001, pytest.param(5004, marks=pytest.mark.slow)])
 def test_a_hand_driven_start_is_cut_and_the_rates_are_recovered(seed: int) -> None:
     drawn = random_case(seed).recorder
     case = random_case(seed, replace(drawn, driven=0.15, trials=3))

@@ -67,7 +67,7 @@ OVERDAMPED_ANKLE = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("truth", [UNDERDAMPED, OVERDAMPED_ANKLE])
+@pytest.mark.parametrize("truth", [UNDERDAMPED, pytest.param(OVERDAMPED_ANKLE, marks=pytest.mark.slow)])
 def test_the_leg_that_had_them_is_near_or_named(truth: tuple[Array, Array, Array, Array]) -> None:
     """The ankle's spring came out at 1/550 of the truth, with an interval of 20 %, or the motion was refused."""
     found = wanted_motion(RAT, own_request(*truth))

@@ -105,9 +105,10 @@ def test_the_forecast_as_drawn_has_the_drawn_links_mass_and_stiffness(tmp_path: 
 
 @pytest.mark.parametrize(
     ("motor", "line", "bore", "said"),
-    [("25D HP 6V 20.4*", "", 4.0, ""), ("20D 6V 62.5*", "", 3.0, "does not state the output shaft of 20D 6V 6"),
-     ("20D 6V 62.5*", "parts: {motor_shaft: 4 mm}\n", 4.0, ""), ("N20 HP 6V 75:1", "", 3.0, ""),
-     ("N20 HP 6V 75:1", "parts: {motor_shaft: 4 mm}\n", 4.0, "the catalogue states a shaft of 3 mm")],
+    [("20D 6V 62.5*", "", 3.0, "does not state the output shaft of 20D 6V 6"), ("N20 HP 6V 75:1", "", 3.0, ""),
+     ("N20 HP 6V 75:1", "parts: {motor_shaft: 4 mm}\n", 4.0, "the catalogue states a shaft of 3 mm"),
+     pytest.param("25D HP 6V 20.4*", "", 4.0, "", marks=pytest.mark.slow),
+     pytest.param("20D 6V 62.5*", "parts: {motor_shaft: 4 mm}\n", 4.0, "", marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_the_hub_s_bore_is_that_of_the_motor_s_shaft(
     motor: str, line: str, bore: float, said: str, tmp_path: Path

@@ -29,7 +29,7 @@ def test_the_simulation_behind_these_tests_agrees_with_mujoco() -> None:
     np.testing.assert_allclose(free_motion(leg, start, time, 0.0), theirs, atol=2e-6)
 
 
-@pytest.mark.parametrize("noise", [0.05, 0.2])
+@pytest.mark.parametrize("noise", [0.05, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_an_immediate_release_is_found_within_a_few_samples_and_no_external_torque_reported(noise: float) -> None:
     generator = np.random.default_rng(3)
     made = [driven_release(generator, 0.0, noise) for _ in range(25)]
@@ -59,7 +59,7 @@ def uneven(generator: np.random.Generator, made: Driven) -> tuple[Array, Array]:
     return made.time[kept], made.angles[kept]
 
 
-@pytest.mark.parametrize(("read", "rate"), [(lossy, 200.0), (uneven, 1000.0)])
+@pytest.mark.parametrize(("read", "rate"), [(lossy, 200.0), pytest.param(uneven, 1000.0, marks=pytest.mark.slow)])
 def test_gaps_and_an_uneven_clock_are_no_hand(read: Reading, rate: float) -> None:
     """Straight bridges of a curved motion look like a torque: 3 and 5 of these 12 free releases looked driven."""
     generator, seen = np.random.default_rng(3), {0.0: 0, 0.25: 0}
@@ -71,7 +71,9 @@ def test_gaps_and_an_uneven_clock_are_no_hand(read: Reading, rate: float) -> Non
     assert seen[0.25] >= 6
 
 
-@pytest.mark.parametrize(("noise", "rate"), [(0.05, 250.0), (0.6, 250.0), (0.2, 100.0)])
+@pytest.mark.parametrize(
+    ("noise", "rate"), [pytest.param(0.05, 250.0, marks=pytest.mark.slow), (0.6, 250.0), (0.2, 100.0)]
+)
 def test_the_late_end_of_the_interval_is_after_the_release_and_holds_are_detected(noise: float, rate: float) -> None:
     generator = np.random.default_rng(7)
     made = [driven_release(generator, 0.0, noise, rate) for _ in range(25)]

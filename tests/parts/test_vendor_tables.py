@@ -154,6 +154,7 @@ def test_a_leg_that_ends_in_its_coil_is_reported(tmp_path: Path, convention: str
     assert any("end inside the coil, whose outer radius is 14.7 mm" in problem.text for problem in problems) is inside
 
 
+@pytest.mark.slow  # ``make scale`` measures it
 def test_a_hundred_thousand_rows_are_read_and_checked(tmp_path: Path) -> None:
     """All of them; a torque-speed table of many parts is no quadratic matter."""
     rows, curves = 100_000, 20_000

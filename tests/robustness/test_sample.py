@@ -18,7 +18,7 @@ from robustness.random_legs import Recorder, random_case, random_recorder
 from robustness.study import study_case
 from robustness.unseen import main as unseen_main
 
-LEGS = 14
+LEGS = 10
 MOST_TRIALS = 5  # so that the sample takes seconds
 
 
