@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from fuzzing.forked import _contents, _judged
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,6 +21,7 @@ def fuzz(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=600)
 
 
+@pytest.mark.slow  # each kind of project has its own tests of the command
 def test_every_project_runs_through_as_it_is(tmp_path: Path) -> None:
     done = fuzz(tmp_path, "--undamaged", "--quick")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -205,6 +205,7 @@ lengths: {least: 50 mm, most: 50 mm, step: 10 mm}
 """
 
 
+@pytest.mark.slow  # a sweep of its own
 def test_numbers_of_a_jump_that_is_too_stiff_are_null_and_not_what_it_had_reached(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(STIFF)
     assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
