@@ -108,5 +108,6 @@ def _clusters(clusters: Sequence[Json]) -> list[str]:
         remedy = helps if cluster["remedy"] else " -> no usual kind of trial separates them"
         lines.append(f"- {names}{remedy}")
     if len(clusters) > MOST_CLUSTERS:
-        lines.append(f"and {len(clusters) - MOST_CLUSTERS} more groups")
+        more = len(clusters) - MOST_CLUSTERS
+        lines.append(f"and {more} more group{'' if more == 1 else 's'}")
     return lines

@@ -174,33 +174,22 @@ class Field:
     def _answer(self, main: list[PlantedCause], beside: list[PlantedCause]) -> dict[str, Any]:
         names = {-1: "base", -2: "all", **dict(enumerate(self.rig.nominal.names))}
         ground = self.ground
+
+        def told(cause: PlantedCause) -> dict[str, Any]:
+            return {
+                "effect": cause.effect,
+                "joint": names[cause.joint],
+                "form": cause.form.name,
+                "gap": cause.reached * ground.floor,
+                "size": size_of(cause, ground.setup, ground.scale),
+            }
+
+        every = [told(cause) | {"numbers": _plain(cause.form.tell(cause.size))} for cause in (*main, *beside)]
         return {
-            "causes": [
-                {
-                    "effect": cause.effect,
-                    "joint": names[cause.joint],
-                    "form": cause.form.name,
-                    "gap": cause.reached * ground.floor,
-                    "size": size_of(cause, ground.setup, ground.scale),
-                }
-                for cause in main
-            ],
+            "causes": [told(cause) for cause in main],
             "small": [[cause.effect, names[cause.joint]] for cause in beside],
             "small_gap": self.left_by(beside),
-            "truth": {
-                "leg": _changes_of(self.rig.nominal, ground.setup.true),
-                "causes": [
-                    {
-                        "effect": cause.effect,
-                        "joint": names[cause.joint],
-                        "form": cause.form.name,
-                        "gap": cause.reached * ground.floor,
-                        "size": size_of(cause, ground.setup, ground.scale),
-                        "numbers": _plain(cause.form.tell(cause.size)),
-                    }
-                    for cause in (*main, *beside)
-                ],
-            },
+            "truth": {"leg": _changes_of(self.rig.nominal, ground.setup.true), "causes": every},
         }
 
 

@@ -70,7 +70,7 @@ def test_nobody_is_told_after_the_block() -> None:
 
 
 def test_laws_without_memory_need_no_integrator_with_servos() -> None:
-    """A first fit compiled it, half of 36 s of processor, for hardening springs and quadratic damping."""
+    """A first fit compiled it, 22 of 48 s of processor, for hardening springs and quadratic damping."""
     chain = compiled_chain(1)
     rest = {name: source for name, source in chain.sources.items() if name != "integrator"}
     assert len(replace(chain, sources=rest)._smooth) == 5
