@@ -130,7 +130,7 @@ class Chain:
         """Load what friction, drag and hardening at a joint need; where it must be compiled, that is announced."""
         if all(self.sources[name].on_disk for name in LAWS):
             return
-        # Idle, nothing on disk, two links: 31 s of processor; 48 s with the integrator of servos in place of ``smooth``.
+        # Idle, nothing on disk, two links: 31 s of processor; with servos' integrator in place of ``smooth`` 48 s.
         text = "compiling the equations of motion with friction, drag and hardening, which the residuals ask for"
         with announced(f"{text} (once on this machine, 10 to 40 s; stored in {cache_folder()})"):
             self._load(LAWS)
