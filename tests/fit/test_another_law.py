@@ -179,8 +179,18 @@ def backwards(stage: Stage) -> Stage:
     return Stage(solution, replace(stage.weights, noise=stage.weights.noise[::-1]))
 
 
-@pytest.mark.parametrize("seed", [980043, 980033, 980054])
-@pytest.mark.parametrize("driven", [0.15, 0.25])
+# Each leg and each time of the hand once; the other pairs with ``make test-slow``.
+@pytest.mark.parametrize(
+    ("seed", "driven"),
+    [
+        (980043, 0.15),
+        (980033, 0.25),
+        (980054, 0.15),
+        pytest.param(980043, 0.25, marks=pytest.mark.slow),
+        pytest.param(980033, 0.15, marks=pytest.mark.slow),
+        pytest.param(980054, 0.25, marks=pytest.mark.slow),
+    ],
+)
 def test_a_hand_is_no_law(seed: int, driven: float) -> None:
     case = random_case(seed, replace(random_case(seed).recorder, driven=driven))
     result = fitted(case)
@@ -203,13 +213,16 @@ def test_a_law_that_leaves_no_more_than_a_cut_is_said_beside_it() -> None:
     assert cut_or_law(cut, None) is cut
 
 
+@pytest.mark.slow  # one leg of ``make laws``
 def test_a_diverging_neighbour_ends_the_search_and_not_the_fit() -> None:
     """With more friction a joint would stick; the leg was refused as one whose motion diverges."""
     case = random_case(985036, replace(random_case(985036).recorder, driven=0.15))
     assert fitted(case).law == {}
 
 
-@pytest.mark.parametrize("seed", [980003, 980014, 980033, 980043])
+@pytest.mark.parametrize(
+    "seed", [980003, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (980014, 980033)), 980043]
+)
 def test_a_leg_of_springs_and_linear_dampers_has_no_other_law(seed: int) -> None:
     case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
     assert fitted(case).law == {}

@@ -79,7 +79,7 @@ def test_a_hand_driven_start_is_cut_and_the_rates_are_recovered(seed: int) -> No
     assert np.abs(off[0]).max() < 0.5 * np.abs(off[1]).max()
 
 
-@pytest.mark.parametrize("seed", [900107, 900661])
+@pytest.mark.parametrize("seed", [900107, pytest.param(900661, marks=pytest.mark.slow)])
 def test_a_hand_that_no_recording_shows_is_cut_on_a_leg_whose_later_samples_tell_little(seed: int) -> None:
     """Overdamped legs of one link: after 0.3 s they creep, which hardly determines a rate, so that none differs."""
     recorder = random_case(seed).recorder
@@ -157,7 +157,7 @@ def test_early_samples_off_by_more_than_later_scatter_are_told_from_noise() -> N
     assert not far.explained
 
 
-@pytest.mark.parametrize("seed", [930000, 930055])
+@pytest.mark.parametrize("seed", [pytest.param(930000, marks=pytest.mark.slow), 930055])
 def test_a_free_leg_whose_links_are_off_by_their_tolerances_is_kept_whole(seed: int) -> None:
     """By noise alone p < 1e-10 for rates of all and of later samples, in the second leg for the first samples too."""
     case = random_case(seed, replace(random_case(seed).recorder, driven=0.0))
@@ -187,7 +187,7 @@ def test_later_samples_form_a_new_recording() -> None:
     assert DetectedDrive((0.1, None)).accepted
 
 
-@pytest.mark.parametrize("seed", [980052, 980097, 980104])
+@pytest.mark.parametrize("seed", [980052, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (980097, 980104))])
 def test_a_leg_with_another_law_is_fitted_whole_with_wider_intervals(seed: int) -> None:
     """No start of a leg with dry friction agrees with its last samples, so it is no hand: nothing is cut.
 
