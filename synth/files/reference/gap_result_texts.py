@@ -27,6 +27,9 @@ _CAUSE = {
     "joint": "Joint, `base` or `all`.",
     "parameters.NAME": "Estimate of a parameter of the effect; of a wrong number against the stated one, its tolerance "
     "included.",
+    "gives.NAME": "The number of the drive that the parameter makes, in the leg file's terms: a delay, a limit, a "
+    "resistance; missing if it makes none.",
+    "stated.NAME": "The same number as the leg file states it; missing if it states none.",
 }
 
 GAP = {
