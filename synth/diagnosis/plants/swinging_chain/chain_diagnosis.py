@@ -34,6 +34,7 @@ from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
+from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
@@ -345,8 +346,9 @@ def diagnose(
     bare = tolerances.leg(leg, findings.likeliest.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in plant.whole]
     shown = plant.shown(stages)
+    moved = moved_numbers(plant, leg, tolerances, findings.best, errors)
     return GapResult(
-        **findings.fields(),
+        **with_moved_numbers(findings.fields(), moved),
         leg=leg,
         where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
@@ -360,6 +362,7 @@ def diagnose(
         trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
+        moved_numbers=moved,
     )
 
 
