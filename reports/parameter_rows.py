@@ -16,15 +16,21 @@ def parameter_rows(cause: Mapping[str, object], document: Json) -> list[dict[str
     """``name``, ``value``, ``interval`` and ``becomes`` of each parameter; of an older result by its own name."""
     shown = mapping(document, "effects", str(cause.get("effect")), "parameters")
     designed = mapping(document, "designed", str(cause.get("joint")))
-    return [
-        _row(name, quantity, mapping(shown, name), designed) for name, quantity in mapping(cause, "parameters").items()
-    ]
+    rows = []
+    for name, quantity in mapping(cause, "parameters").items():
+        row = _row(name, quantity, mapping(shown, name), designed)
+        if name in mapping(cause, "gives"):
+            row["becomes"] = _given(mapping(cause, "gives", name), mapping(cause, "stated").get(name))
+        rows.append(row)
+    return rows
 
 
 def _row(name: str, quantity: object, shown: Json, designed: Json) -> dict[str, str]:
     form = shown.get("form")
     if form in IN_PERCENT and unit_of(quantity) == "1":
         quantity = _mapped(quantity, 100.0, 0.0, "percent")
+    if unit_of(quantity) == "s" and abs(value_of(quantity) or 0.0) < 1.0:
+        quantity = _mapped(quantity, 1000.0, 0.0, "ms")
     sign = "+" if form in SIGNED and (value_of(quantity) or 0.0) > 0.0 else ""
     return {
         "name": str(shown.get("label") or name.replace("_", " ")),
@@ -32,6 +38,11 @@ def _row(name: str, quantity: object, shown: Json, designed: Json) -> dict[str, 
         "interval": interval_text(quantity),
         "becomes": _becomes(quantity, designed.get(str(shown.get("added_to")))),
     }
+
+
+def _given(quantity: object, stated: object) -> str:
+    """``gives 15 ms for 5 ms stated``; ``gives 1.36 ohm`` where the leg file states none."""
+    return f"gives {text(quantity)}" + ("" if value_of(stated) is None else f" for {brief(stated)} stated")
 
 
 def _becomes(change: object, designed: object) -> str:

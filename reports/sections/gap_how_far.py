@@ -57,7 +57,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "held_out": all(trial.get("held_out") for trial in trials),
         "tied": result.content.get("verdict") == "tie",
         "unknown": result.content.get("verdict") == "unknown",
-        "remainder": _remainder(mapping(result.content, "remainder")),
+        "remainder": _remainder(result.content),
         "within": within_accuracy(result.content),
         "left": leaves_error(result.content),
         "worse": (value_of(gap.get("shrink")) or 0.0) < 0.0,
@@ -73,12 +73,18 @@ def _main(result: Result, trials: Sequence[Mapping[str, Any]]) -> tuple[tuple[Li
     return (*MAIN, COMMAND_LEGEND) if told else MAIN
 
 
-def _remainder(left: Json) -> Json:
-    """What stays unexplained: RMS, shares as text, and the joint and phase that hold most of it."""
+def _remainder(document: Json) -> Json:
+    """What stays unexplained: RMS, shares as text, and the joint and phase that hold most of it.
+
+    A driven leg has no phases of a release.
+    """
+    left = mapping(document, "remainder")
     if not left:
         return {}
+    trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
+    kinds = ("joint",) if any(trial.get("driven_by") for trial in trials) else ("joint", "phase")
     where = mapping(left, "where")
-    most = [max(each, key=lambda name: each[name]) for key in ("joint", "phase") if (each := mapping(where, key))]
+    most = [max(each, key=lambda name: each[name]) for key in kinds if (each := mapping(where, key))]
     share, times = left.get("share"), left.get("times_noise")
     return {
         "rms": left.get("rms"),

@@ -14,8 +14,8 @@ from synth.reports.sections.gap_which import leaves_error, sure_of_effect, sure_
 WIDTH, LABEL = 860.0, 515.0  # px
 # What to do where no trial of the list would help, by ``_open_question``; if nothing is open nothing is left to record.
 NO_TRIAL = {
-    "tie": "No usual trial separates the tied explanations: measure what they blame by itself, a spring on a bench for "
-    "example. Until then take either; they predict these trials alike.",
+    "tie": "No usual trial separates the tied explanations: measure what they blame by itself{example}. Until then "
+    "take either; they predict these trials alike.",
     "unknown": "No usual trial shows more of the unknown cause: look at the rig where the remainder is largest.",
     "unsure": "No usual trial would make the nearest explanation surer: look at the part that it blames, and at the "
     "rig where the remainder is largest.",
@@ -24,6 +24,15 @@ NO_TRIAL = {
     "remainder": "No usual trial shows more of what remains unexplained: look at the rig where it is largest.",
     "cause": "No usual trial would make this cause surer: look at the part that it blames, or measure that by itself.",
 }
+# Part of an effect's name, and what could be measured by itself; the first that fits.
+BY_ITSELF = (
+    ("spring", "a spring on a bench"),
+    ("damping", "a damper on a bench"),
+    ("command_delay", "the time from a command to the current that it draws"),
+    ("latency", "the time from a knock to its reading"),
+    ("resistance", "the winding with an ohmmeter"),
+    ("link", "a link on a scale"),
+)
 NOTHING_NEEDED = "no trial of the list would change the diagnosis"
 MOST_TRIALS = 8  # trials of the menu that are drawn
 
@@ -54,7 +63,15 @@ def content(result: Result) -> dict[str, Any]:
 
 def without_trial(document: Json, nothing: str) -> str:
     """What to do if the result proposes no trial; ``nothing`` begins the sentence where nothing is left to do."""
-    return NO_TRIAL.get(_open_question(document), f"{nothing}: {NOTHING_NEEDED}.")
+    found = NO_TRIAL.get(_open_question(document), f"{nothing}: {NOTHING_NEEDED}.")
+    return found.replace("{example}", _example(document))
+
+
+def _example(document: Json) -> str:
+    """What could be measured by itself, of what the tied explanations blame; empty if nothing of the list."""
+    causes = [*sequence(document, "explanation"), *(cause for each in sequence(document, "tied") for cause in each)]
+    blamed = {str(cause.get("effect")) for cause in causes if isinstance(cause, Mapping)}
+    return next((f", {words} for example" for part, words in BY_ITSELF if any(part in name for name in blamed)), "")
 
 
 def _open_question(document: Json) -> str:

@@ -141,7 +141,7 @@ def gap_text(content: Json) -> str:
         rows.append(["all others", "", _chance(others), "-"])
     rows.append([_words_of_none(content), "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
-    return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
+    return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content)}"
 
 
 def _words_of_none(content: Json) -> str:
@@ -157,11 +157,14 @@ def _chance(probability: float) -> str:
     return "under 1%" if probability < 0.005 else f"{probability:.0%}"  # below it would round to 0 %
 
 
-def _remainder_text(left: Json | None) -> str:
-    """The unexplained remainder in one line."""
+def _remainder_text(content: Json) -> str:
+    """The unexplained remainder in one line; a driven leg has no phases of a release."""
+    left = content.get("remainder")
     if not left:
         return ""
-    where = [max(each, key=lambda name: each[name]) for each in left["where"].values() if each]
+    driven = any("driven_by" in trial for trial in content.get("trials", []))
+    shares = [each for key, each in left["where"].items() if each and not (driven and key == "phase")]
+    where = [max(each, key=lambda name: each[name]) for each in shares]
     most_at = f"; most at: {', '.join(where)}" if where and left["rms"]["value"] > 0.0 else ""
     return (
         f"\nunexplained: {significant(left['rms']['value'], 2)} {left['rms']['unit']}, {left['share']:.0%} of the gap, "

@@ -22,6 +22,9 @@ SHRINK_IF_DOUBLED = -1.0  # shrink of an error that doubles: how much worse an e
 # A part with less than a hundredth of the parts' mean gap, and less than three noise floors (ten squared ones), tells
 # nothing of a shrink, as where a leg stands between steps (``tests/diagnosis/test_shrink.py``).
 QUIET_SHARE, QUIET_FLOORS = 0.01, 10.0
+# Of an RMS error in truth and as seen: that a mean square is over 20 times its expectation has a probability below 5 %,
+# whatever its distribution (Markov's inequality).
+LEAST_RATIO = 0.05**0.5
 ROUNDING_SHARE = 1e-9  # of the squared errors: beyond rounding, and no prediction's error
 Picks = NDArray[np.int64]
 
@@ -61,13 +64,15 @@ class PredictionErrors:
     def figure(self, label: str) -> Estimate:
         """RMS error in rad, shown in deg, with its 90 % interval over trials, or over the blocks of a single one.
 
-        It contains the noise: its low end is not below that, or not below the quietest part that was seen.
+        It contains the noise: its low end is not below that, or not below the quietest part that was seen. Nor below
+        ``LEAST_RATIO`` of the figure: over two trials, of a Student's distribution of one degree, it was at the noise.
         """
         found = self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
         squares, counts = (self._parts(cells) for cells in (self.squares[label], self.counts))
         least = min(float(self._floor(label, None)), float(np.sqrt(np.min(squares / np.maximum(counts, 1.0)))))
         assert found.low is not None
-        return replace(found, low=max(found.low, least))
+        low = max(found.low, min(least, found.value), LEAST_RATIO * found.value)
+        return replace(found, low=low)
 
     def above_noise(self, label: str) -> Estimate:
         """RMS error above the noise, quadratically subtracted, in rad, shown in deg."""
@@ -97,13 +102,15 @@ class PredictionErrors:
         """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap.
 
         Also 0 for a gap at the noise of which the trials allow any share: 0 over 0, which came out as 1 as often.
-        The interval is over the parts that hold some of the gap; one alone does not tell how they differ.
+        The interval is over the parts that hold some of the gap; one alone does not tell how they differ. Its low end
+        is that of ``_most_left``.
         """
         telling = self._telling
         left = self._estimate(lambda pick: 1.0 - self._shrink(label, pick), "1", telling)
         assert left.low is not None
         assert left.high is not None
-        value, low, high = 1.0 - left.value, max(1.0 - left.high, SHRINK_IF_DOUBLED), 1.0 - left.low
+        value, high = 1.0 - left.value, 1.0 - left.low
+        low = max(1.0 - max(left.value, self._most_left(label, telling, left.high)), SHRINK_IF_DOUBLED)
         if telling.sum() < 2:
             low, high = SHRINK_IF_DOUBLED, 1.0
         at_noise = _rms(self.squares["before"], self.counts, None) <= AT_NOISE * self._floor("before", None)
@@ -134,6 +141,30 @@ class PredictionErrors:
         after = _rms(self.squares[label], self.counts, pick) ** 2 - self._floor(label, pick) ** 2
         some = before > LEAST_GAP * floor
         return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
+
+    def _most_left(self, label: str, telling: Mask, as_ratio: float) -> float:
+        """95 % point of the share of the gap's RMS that a label leaves, over the ``telling`` parts; 0 without two.
+
+        Errors before and after are paired: Student's distribution about the ratio of the sums of squares above the
+        noise, with its jackknife deviation over the parts (Efron and Tibshirani, An introduction to the bootstrap,
+        1993, chapter 11). Moved away as a ratio, what is next to nothing in one of two trials and ten times that in the
+        other reached a doubled error. That end, ``as_ratio``, counts up to one deviation of the noise's own sum: so far
+        what is left says as little as its logarithm.
+        """
+        number = int(telling.sum())
+        if number < 2:
+            return 0.0
+        read = self.noise if label in NOMINAL_LABELS or self.noise_as_read is None else self.noise_as_read
+        left = np.maximum(self._parts(self.squares[label] - read)[telling], 0.0)
+        gap = np.maximum(self._parts(self.squares["before"] - self.noise)[telling], 0.0)
+        if gap.sum() <= LEAST_GAP * self._parts(self.noise)[telling].sum():
+            return 0.0 if gap.sum() <= 0.0 and left.sum() <= 0.0 else 1.0 - SHRINK_IF_DOUBLED
+        without = (left.sum() - left) / np.maximum(gap.sum() - gap, ROUNDING_SHARE * gap.sum())
+        spread = float(np.sqrt(number - 1.0) * np.std(without))
+        noise, counts = (self._parts(cells)[telling] for cells in (read, self.counts))
+        of_noise = float(np.sqrt(np.sum(2.0 * noise**2 / np.maximum(counts, 1.0)))) / gap.sum()
+        paired = left.sum() / gap.sum() + student95(number - 1) * spread
+        return float(np.sqrt(max(paired, min(as_ratio**2, of_noise))))
 
     @property
     def _resampled(self) -> int:

@@ -41,10 +41,10 @@ class Remainder:
             share = min(share, 1.0)
         return cls(rms, share, rms.value / errors.floor.value if errors.floor.value > 0.0 else 0.0, joint, phase)
 
-    def place(self) -> str:
-        """The place with most of it, in words; empty if it is spread out."""
+    def place(self, *, released: bool = True) -> str:
+        """The place with most of it, in words; empty if it is spread out. Without a phase of trials without release."""
         found = []
-        for shares, words in ((self.joint, "at the {}"), (self.phase, PHASE_WORDS)):
+        for shares, words in ((self.joint, "at the {}"), (self.phase if released else {}, PHASE_WORDS)):
             first = max(shares, key=lambda name: shares[name], default=None)
             if first is not None and len(shares) > 1 and shares[first] > MOSTLY_SHARE:
                 found.append(words.format(first) if isinstance(words, str) else words[first])

@@ -41,7 +41,8 @@ class ErrorWording:
     it; ``parted`` : the errors of these trials and of the others, if there are both. ``none`` : probability that no
     effect is missing. ``takes_fitted`` : the share that the explanation removes from the trials that it is fitted to;
     ``asked`` the one in the odds of an unknown cause. ``further`` : what takes the remainder, if anything does;
-    ``tried`` : whether further causes were tried at all.
+    ``tried`` : whether further causes were tried at all. ``released`` : each trial is a release; phases of
+    others say nothing.
     """
 
     nominal: str
@@ -65,6 +66,7 @@ class ErrorWording:
     none: float = 1.0
     further: FurtherCauseWords | None = None
     tried: bool = True
+    released: bool = True
 
 
 @dataclass(frozen=True)
@@ -125,10 +127,22 @@ def parameters_text(cause: Cause, names: Sequence[str], effect: PlantEffect) -> 
     return ", ".join(f"{known[name].words} {_value_text(cause.parameters[name], known[name].form)}" for name in names)
 
 
-def _digits(estimate: Estimate) -> int:
-    """Significant digits: three, or two where a tenth of the value is uncertain and the third says nothing."""
+def _digits(estimate: Estimate, value: float) -> int:
+    """Significant digits of the ``value`` as it is written: three, or two where the third says nothing.
+
+    A tenth of the value is uncertain, or two digits are nearer to it than a tenth of what is: 10 ms for 9.99 +- 0.16.
+    """
     low, high = (estimate.value if end is None else end for end in (estimate.low, estimate.high))
-    return 2 if high - low > 2.0 * ROUGH_INTERVAL * abs(estimate.value) else 3
+    if not math.isfinite(high - low) or estimate.value == 0.0:
+        return 2 if high > low else 3
+    uncertain = 0.5 * (high - low) / abs(estimate.value)
+    rounded = abs(float(significant(value, 2)) / value - 1.0)
+    return 2 if uncertain > ROUGH_INTERVAL or rounded < ROUGH_INTERVAL * uncertain else 3
+
+
+def estimate_text(estimate: Estimate) -> str:
+    """A value with its unit, to as many digits as its interval is worth."""
+    return _value_text(estimate, "value")
 
 
 def _value_text(estimate: Estimate, form: str) -> str:
@@ -137,10 +151,12 @@ def _value_text(estimate: Estimate, form: str) -> str:
     value, unit = float(written["value"]), str(written["unit"])
     if form in IN_PERCENT and unit == "1":
         value, unit = 100.0 * value, "percent"
+    if unit == "s" and abs(value) < 1.0:
+        value, unit = 1000.0 * value, "ms"
     sign = "+" if form == RELATIVE_CHANGE and value > 0.0 else ""
     for plain, better in TYPOGRAPHIC_UNITS.items():
         unit = unit.replace(plain, better)
-    shown = sign + significant(value, _digits(estimate))
+    shown = sign + significant(value, _digits(estimate, value))
     return shown + ("" if unit == "1" else f" {unit}").replace(" °", "°")
 
 
@@ -285,7 +301,7 @@ def _remainder_sentence(verdict: Verdict, wording: ErrorWording) -> str:
         or 0.0 < wording.before.value <= wording.accuracy
     ):
         return ""
-    place = wording.left.place()
+    place = wording.left.place(released=wording.released)
     mostly = f", mostly {place}" if place else ""
     within = " (within the required accuracy)" if wording.left.rms.value <= wording.accuracy else ""
     left = angle_text(wording.left.rms)

@@ -27,6 +27,9 @@ _CAUSE = {
     "joint": "Joint, `base` or `all`.",
     "parameters.NAME": "Estimate of a parameter of the effect; of a wrong number against the stated one, its tolerance "
     "included.",
+    "gives.NAME": "The number of the drive that the parameter makes, in the leg file's terms: a delay, a limit, a "
+    "resistance; missing if it makes none.",
+    "stated.NAME": "The same number as the leg file states it; missing if it states none.",
 }
 
 GAP = {
@@ -78,6 +81,14 @@ GAP = {
     "free_torque[].curve.torque": "Torque at each value.",
     "free_torque[].curve.low": "Lower end of its 90 % interval.",
     "free_torque[].curve.high": "Upper end of its 90 % interval.",
+    "moved_numbers[].joint": "Joint of a stated number that the fit moves by 1.5 of its tolerances or more, and that "
+    "matters.",
+    "moved_numbers[].quantity": "The number, as `tolerance:` names it.",
+    "moved_numbers[].change": "Relative to the stated number; of a free angle, added to it.",
+    "moved_numbers[].tolerances": "The same in tolerances.",
+    "moved_numbers[].at_limit": "Whether it ends where the search does: the true number may be further off.",
+    "moved_numbers[].error": "RMS error on scored trials with the fit.",
+    "moved_numbers[].error_as_stated": "The same with this number alone as stated.",
     "noise.NAME": "RMS noise of a joint's readings.",
     "trials[].file": "The recording.",
     "trials[].held_out": "Whether it was excluded from fitting.",

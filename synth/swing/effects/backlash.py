@@ -1,5 +1,7 @@
 """Backlash: a dead zone between the joint and its spring and damper.
 
+A drive always turns with the joint: play in its gear, with the rotor on the other side, is another link, and not in it.
+
 The flanks are rigid and not smoothed. The force jumps when the joint meets a flank with the damper behind it; the
 integrator ends a step there (``synth.swing.turning_events``). Against an integration from event to event
 (``tests/swing/effects/test_contact.py``) the error is at most 5e-5 rad on swings of 0.5 rad, mostly due to ``SEATING``,
@@ -45,7 +47,7 @@ def start(deflection, gap):  # type: ignore[no-untyped-def]
 
 EFFECT = Effect(
     name="backlash",
-    meaning="a dead zone between the joint and its spring and damper",
+    meaning="a dead zone between the joint and its spring and damper (a drive's gear play is not in it)",
     phrase="has backlash",
     needs=("spring", "damper"),
     formula="play of width gap between the joint and the massless side that holds spring and damper",

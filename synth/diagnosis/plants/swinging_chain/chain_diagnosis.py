@@ -34,14 +34,15 @@ from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
+from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
-from synth.diagnosis.plants.swinging_chain.tolerance_words import number_words
+from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sensor_noise import estimate_sensor
-from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
+from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on
 from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.unseen import with_unseen_errors
 from synth.diagnosis.verdict import Judgement, open_explanations, rivals_with_doubt, with_coarse_counts
@@ -56,7 +57,6 @@ from synth.fit.copies import copies
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, sentences_on_reading
 from synth.remarks import decisive, noted
-from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
@@ -233,25 +233,21 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""
         before, after = errors.figure("before"), errors.figure("after")
+        driven = any(trial.recording.driven for trial in self.whole)
         return ErrorWording(
             nominal="the nominal leg",
             error="the error",
-            on=scored_on(
-                "trials" if any(t.recording.driven for t in self.whole) else "releases", held_out=self.held_out
-            ),
+            on=scored_on("trials" if driven else "releases", held_out=self.held_out),
             falls_from=angle_text(before),
             before=before,
             after=after,
             floor=errors.floor,
+            released=not driven,
         )
 
     def cause_text(self, cause: Cause) -> str:
         """The knee has dry friction (torque 0.052 N·m)."""
-        effect = effect_named(cause.effect)
-        values = stated_parameters(cause, effect)
-        phrase = effect.phrase or f"shows {effect.meaning}"
-        plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
-        return number_words(cause, plain, self.scene.leg, self.scene.tolerances)
+        return cause_words(cause, self.scene.leg, self.scene.tolerances)
 
     def free_torques(self, nominal: EvaluatedHypothesis) -> tuple[FreeTorque, ...]:
         """Free-form torques with the nominal leg's best fit, computed once for each."""
@@ -350,8 +346,9 @@ def diagnose(
     bare = tolerances.leg(leg, findings.likeliest.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in plant.whole]
     shown = plant.shown(stages)
+    moved = moved_numbers(plant, leg, tolerances, findings.best, errors)
     return GapResult(
-        **findings.fields(),
+        **with_moved_numbers(findings.fields(), moved),
         leg=leg,
         where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
@@ -365,6 +362,7 @@ def diagnose(
         trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
+        moved_numbers=moved,
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.hypotheses import TrialErrors
+from synth.diagnosis.plants.swinging_chain.moved_numbers import MovedNumber
 from synth.estimation.intervals import Estimate
 from synth.remarks import remarks_json
 from synth.swing.leg_model import Leg
@@ -97,7 +98,7 @@ class GapResult(Diagnosis):
     ``scored_on`` trials. ``noise`` : joint -> noise, rad. ``best_possible`` : RMS with the best set of effects of
     the library, regardless of probability. ``warnings`` about the data.
     ``diagnosed`` : the nominal leg with the explanation applied. ``free_torque`` : the missing torque, regardless
-    of its cause.
+    of its cause. ``moved_numbers`` : stated numbers that the fit moves far within their tolerances.
     """
 
     leg: Leg
@@ -112,6 +113,7 @@ class GapResult(Diagnosis):
     trials: tuple[TrialGap, ...]
     diagnosed: Leg
     free_torque: tuple[FreeTorque, ...] = ()
+    moved_numbers: tuple[MovedNumber, ...] = ()
     inputs: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
@@ -129,6 +131,7 @@ class GapResult(Diagnosis):
             **self.said_as_json(self.leg.name),
             "gap": gap,
             "free_torque": [item.as_json() for item in self.free_torque],
+            "moved_numbers": [item.as_json() for item in self.moved_numbers],
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
             "next_experiment": self.next_as_json(),
             **remarks_json(self.warnings),

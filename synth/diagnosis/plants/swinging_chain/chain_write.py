@@ -11,6 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import COMMAND_FILE
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
+from synth.diagnosis.plants.swinging_chain.drive_numbers import all_with_drive_numbers
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.write import STAGES, basis_json, rms
 from synth.estimation.parameters import DESIGNED
@@ -99,6 +100,11 @@ def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> di
     gap["shrink_of_best"] = None if of_best is None else quantity(of_best, "1")
     gap["joints"] = _errors_by_joint([trial for trial in result.trials if trial.scored], result.leg.joint_names)
     document["name"] = project.name
+    ranked = [entry.cause for entry in result.ranked]
+    document["explanation"] = all_with_drive_numbers(document["explanation"], result.explanation, project.leg)
+    document["ranked"] = all_with_drive_numbers(document["ranked"], ranked, project.leg)
+    tied = zip(document["tied"], result.tied, strict=True)
+    document["tied"] = [all_with_drive_numbers(entries, causes, project.leg) for entries, causes in tied]
     return {
         **document,
         "gap": gap,

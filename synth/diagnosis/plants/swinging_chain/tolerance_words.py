@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.plants.swinging_chain.drive_numbers import drive_words
 from synth.diagnosis.plants.swinging_chain.stated_numbers import NUMBERS_CHANGED, RATES, nominal_rate
+from synth.diagnosis.sentences import stated_parameters
+from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 from synth.units import significant
@@ -17,6 +20,15 @@ NUMBER_WORDS = {
 MOST_TOLERANCES = 12.0  # tolerances; beyond it the number was never measured, and a count of tolerances is meaningless
 LEAST_TOLERANCES = 1.5  # tolerances; a smaller deviation is expected
 NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+
+
+def cause_words(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
+    """The knee has dry friction (torque 0.052 N·m)."""
+    effect = effect_named(cause.effect)
+    values = drive_words(cause, leg) or stated_parameters(cause, effect)
+    phrase = effect.phrase or f"shows {effect.meaning}"
+    plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
+    return number_words(cause, plain, leg, tolerances)
 
 
 def count_of_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
