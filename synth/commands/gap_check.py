@@ -84,7 +84,7 @@ def _sizes(causes: Sequence[Json]) -> str:
 
 
 def _size(cause: Json | None) -> str:
-    """The first strength; ``none`` where no size is detectable, ``-`` where the cause does not apply."""
+    """The first strength, ``at most`` it of a limit; ``none`` where no size is detectable, ``-`` without the cause."""
     if cause is None:
         return "-"
     visible, only = cause["visible_from"], cause.get("only_from")
@@ -92,7 +92,7 @@ def _size(cause: Json | None) -> str:
     if not shown:
         return "none" if visible is None else "-"
     first = next(iter(shown.values()))
-    size = f"{significant(first['value'], 2)} {first['unit']}"
+    size = f"{'at most ' if cause.get('limit') else ''}{significant(first['value'], 2)} {first['unit']}"
     return size if visible else f"only from {size}, implausible"
 
 
