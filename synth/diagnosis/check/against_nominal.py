@@ -34,8 +34,8 @@ MOST_TRIALS = 6  # trials compared, those with the largest motion
 LEAST_IMPROVEMENT = 3.0
 NEAR_DESIGN = np.radians(15.0)  # rad RMS: a recording farther from the design has other problems than its columns
 LEAST_ERROR = np.radians(2.0)  # rad RMS from the design below which columns are accepted
-# Either of two changes may be right whose errors are nearer than this factor (a choice, well below LEAST_IMPROVEMENT), or
-# differ by less than this share of the error as recorded: what the check takes to stay unexplained anyway.
+# Either of two changes may be right whose errors are nearer than this factor (a choice, well below LEAST_IMPROVEMENT),
+# or differ by less than this share of the error as recorded: what the check takes to stay unexplained anyway.
 ALIKE, ALIKE_SHARE = 1.5, 0.01
 
 
