@@ -10,6 +10,7 @@ import pytest
 from diagnosis.simulated_releases import ONE
 from diagnosis.simulated_servos import ARM, driven
 from synth.diagnosis.check.against_nominal import column_findings
+from synth.diagnosis.check.coverage import torque_findings
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import Tolerance
@@ -92,3 +93,14 @@ def test_of_a_free_joint_the_sign_is_turned() -> None:
     still = [replace(trial, angles=SPRUNG.to_measured(simulate(SPRUNG, [0.6], [0.0], TIME))) for trial in free]
     (finding,) = found(SPRUNG, with_angle_inverted(still, SPRUNG))
     assert finding.remedy == "turn the joint's `sign` in the leg file, or its column"
+
+
+def test_a_torque_that_some_recordings_have_not_is_noted() -> None:
+    """A forgotten column was a free motion without a word."""
+    first, second = pushed(SPRUNG)
+    assert torque_findings(SPRUNG, [first, second]) == []
+    free = replace(second, torques=None)
+    (finding,) = torque_findings(SPRUNG, [first, free])
+    assert (finding.level, finding.recording, finding.joint) == ("note", "1.csv", "knee")
+    assert torque_findings(SPRUNG, [free]) == []
+    assert torque_findings(SPRUNG, [first, replace(free, locked=("knee",))]) == []
