@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from diagnosis.simulated_servos import ARM, MOTOR, driven
 from diagnosis.test_gap_check import project, showing, sine
-from synth.commands.gap_check import _size
+from synth.commands.gap_check import _size, check_text
 from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.level_sizes import Level
@@ -73,6 +74,17 @@ def test_a_limit_is_no_offset_of_the_reading(checked: Check, effect: str) -> Non
         if rival.parts_from is not None:
             (parts,) = rival.parts_from.values()
             assert parts.value < least.value
+
+
+def test_the_screen_shows_the_causes_of_a_drive_where_there_is_one(checked: Check) -> None:
+    """A servo's rig showed friction, play, latency and link mass alone."""
+    rows = {line.split("  ")[0]: line for line in check_text(checked.as_json()).splitlines()}
+    for name in ("servo gain", "command delay", "torque constant", "current limit", "gear friction", "voltage sag"):
+        assert re.search(r" [\d.]+ (%|ms|N\*m)$", rows[name]), name
+    assert not [name for name in rows if name.startswith("torque ") and name != "torque constant"]
+    free = [each for each in checked.as_json()["causes"] if each["effect"] in ("coulomb_friction", "link_mass")]
+    text = check_text({**checked.as_json(), "causes": free, "not_told_apart": []})
+    assert not any(name in text for name in ("servo", "command", "limit"))
 
 
 def test_a_cause_without_any_visible_value_does_not_count(checked: Check) -> None:
