@@ -19,11 +19,9 @@ MOST_FINDINGS = 8  # on the screen; JSON and page list all
 MOST_CLUSTERS = 6  # on the screen; JSON and page list all
 # Effects shown on the screen; the JSON and the page list all. Those of a drive have a row where some joint has it.
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "spring_hysteresis", "latency", "link_mass")
-OF_DRIVES = (
-    ("torque_gain", "torque_offset", "torque_delay")
-    + ("servo_gain", "dead_band", "command_delay", "command_rate_limit")
-    + ("torque_constant", "winding_resistance", "current_limit", "gear_friction", "voltage_sag")
-)
+OF_TORQUES = ("torque_gain", "torque_offset", "torque_delay")
+OF_SERVOS = ("servo_gain", "dead_band", "command_delay", "command_rate_limit")
+OF_MOTORS = ("torque_constant", "winding_resistance", "current_limit", "gear_friction", "voltage_sag")
 
 
 def run_check(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
@@ -82,7 +80,7 @@ def _sizes(causes: Sequence[Json]) -> str:
     joints = list(dict.fromkeys(cause["joint"] for cause in causes if cause["joint"] not in ("base", "all")))
     shown = {(cause["effect"], cause["joint"]): cause for cause in causes}
     rows = [["", *joints]]
-    for effect in (*ASKED, *OF_DRIVES):
+    for effect in (*ASKED, *OF_TORQUES, *OF_SERVOS, *OF_MOTORS):
         if any((effect, joint) in shown for joint in joints):
             rows.append([effect.replace("_", " "), *(_size(shown.get((effect, joint))) for joint in joints)])
     return table_text(rows)
