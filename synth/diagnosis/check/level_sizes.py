@@ -79,7 +79,7 @@ def _point_with(points: Array, signals: Array, wanted: float) -> Array | None:
     if k is None:
         return None
     if k == 0:
-        return points[0]
+        return np.asarray(points[0])
     share = (wanted - signals[k - 1]) / (signals[k] - signals[k - 1])
     return np.asarray(points[k - 1] + share * (points[k] - points[k - 1]))
 
