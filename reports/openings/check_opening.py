@@ -50,15 +50,19 @@ def cause_size(cause: object) -> str:
     """The smallest detectable size of a cause; one that is not plausible is said to be so; a dash without any."""
     if not isinstance(cause, Mapping):
         return "–"
-    only = cause.get("only_from")
-    return f"only from {size_text(only)}, implausible" if only else size_text(cause.get("visible_from"))
+    only, limit = cause.get("only_from"), bool(cause.get("limit"))
+    return (
+        f"only from {size_text(only, limit=limit)}, implausible"
+        if only
+        else size_text(cause.get("visible_from"), limit=limit)
+    )
 
 
-def size_text(visible: object) -> str:
-    """The first strength of a cause, its place if it is a stop, or a dash."""
+def size_text(visible: object, *, limit: bool = False) -> str:
+    """The first strength of a cause, at most it of a ``limit``, its place if it is a stop, or a dash."""
     if not isinstance(visible, Mapping) or not visible:
         return "–"
     places = [f"{ENDS[key]} {brief(value)}" for key, value in visible.items() if key in ENDS]
     if places:
         return ", ".join(places)
-    return brief(next(iter(visible.values())))
+    return f"{'at most ' if limit else ''}{brief(next(iter(visible.values())))}"

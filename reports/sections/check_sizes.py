@@ -24,16 +24,22 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         rivals = []
         for rival in sequence(cause, "looks_like")[:MOST_RIVALS]:
             angle = mapping(rival, "angle").get("value")
-            rivals.append({"name": name_of(rival), "angle": number(angle, 2), "from": _from(rival)})
+            rivals.append(
+                {
+                    "name": name_of(rival),
+                    "angle": number(angle, 2),
+                    "from": _from(rival, limit=bool(cause.get("limit"))),
+                }
+            )
         rows.append({"name": name_of(cause), "size": cause_size(cause), "rivals": rivals})
     return {"rows": rows}
 
 
-def _from(rival: Mapping[str, Any]) -> str:
+def _from(rival: Mapping[str, Any], *, limit: bool) -> str:
     parts = rival.get("told_apart_from")
     if parts == {}:
         return "by its position"
-    return "at no size" if parts is None else f"from {size_text(parts)}"
+    return "at no size" if parts is None else f"from {size_text(parts, limit=limit)}"
 
 
 SECTION = ReportSection("sizes", "Smallest detectable sizes", content, "check-sizes")

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 Json = Mapping[str, Any]
 MOST_FINDINGS = 8  # on the screen; JSON and page list all
 MOST_CLUSTERS = 6  # on the screen; JSON and page list all
-# Effects shown on the screen; the JSON and the page list all.
+# Effects shown on the screen; the JSON and the page list all. Those of a drive have a row where some joint has it.
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "spring_hysteresis", "latency", "link_mass")
+OF_TORQUES = ("torque_gain", "torque_offset", "torque_delay")
+OF_SERVOS = ("servo_gain", "dead_band", "command_delay", "command_rate_limit")
+OF_MOTORS = ("torque_constant", "winding_resistance", "current_limit", "gear_friction", "voltage_sag")
 
 
 def run_check(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
@@ -77,14 +80,14 @@ def _sizes(causes: Sequence[Json]) -> str:
     joints = list(dict.fromkeys(cause["joint"] for cause in causes if cause["joint"] not in ("base", "all")))
     shown = {(cause["effect"], cause["joint"]): cause for cause in causes}
     rows = [["", *joints]]
-    for effect in ASKED:
+    for effect in (*ASKED, *OF_TORQUES, *OF_SERVOS, *OF_MOTORS):
         if any((effect, joint) in shown for joint in joints):
             rows.append([effect.replace("_", " "), *(_size(shown.get((effect, joint))) for joint in joints)])
     return table_text(rows)
 
 
 def _size(cause: Json | None) -> str:
-    """The first strength; ``none`` where no size is detectable, ``-`` where the cause does not apply."""
+    """The first strength, ``at most`` it of a limit; ``none`` where no size is detectable, ``-`` without the cause."""
     if cause is None:
         return "-"
     visible, only = cause["visible_from"], cause.get("only_from")
@@ -92,7 +95,7 @@ def _size(cause: Json | None) -> str:
     if not shown:
         return "none" if visible is None else "-"
     first = next(iter(shown.values()))
-    size = f"{significant(first['value'], 2)} {first['unit']}"
+    size = f"{'at most ' if cause.get('limit') else ''}{significant(first['value'], 2)} {first['unit']}"
     return size if visible else f"only from {size}, implausible"
 
 

@@ -200,7 +200,8 @@ def read_trials(
     for listed in listing.files:
         with gathering(problems):
             other, off = others.get(listed.index), listed.entry.drive_off
-            recorded = read_recording(listed.path, other or leg, name=listed.name, off=off)
+            held = listed.entry.locked
+            recorded = read_recording(listed.path, other or leg, name=listed.name, off=off, held=held)
             trials.append(_trial(recorded, listed, leg, other))
     if not problems:
         trials = turned_back(on_one_turn(trials, leg), leg)

@@ -80,7 +80,8 @@ class ServoInputs(NamedTuple):
 class PlantedLeg:
     """A leg in SI. ``values`` (7, n) has a row for each of ``PARAMETERS``; free angles are rotations, not readings.
 
-    With ``servos`` it is (9, n), see ``ROWS``.
+    With ``servos``, or with motors whose current is known, it is (9, n), see ``ROWS``; the known torques at the joints
+    ``by_current`` are their currents times the designed constant.
     """
 
     names: tuple[str, ...]
@@ -92,6 +93,7 @@ class PlantedLeg:
     curves: tuple[tuple[int, Array], ...] = ()  # joint, and (k, 2) speed and torque of its damper, starting at (0, 0)
     rotors: Array | None = None  # (n,) kg m^2, the designed inertia that turns with each joint
     servos: tuple[PlantedServo, ...] = ()
+    by_current: tuple[int, ...] = ()
 
     @property
     def n(self) -> int:
@@ -109,6 +111,10 @@ class PlantedLeg:
     def of(self, name: str) -> Array:
         """(n,) values of one parameter, one per joint."""
         return np.asarray(self.values[ROWS.index(name)])
+
+    def torque_factor(self, joint: int) -> float:
+        """A known torque as built over the designed one: the motor's constant, where its current was recorded."""
+        return float(self.of("torque_constant")[joint]) if joint in self.by_current else 1.0
 
     def changed(self, name: str, joint: int, value: float) -> PlantedLeg:
         """The leg with one parameter of one joint replaced."""

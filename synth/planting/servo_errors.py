@@ -1,4 +1,7 @@
-"""Causes that only a servo has: its command, controller, motor or supply is another than stated."""
+"""Causes that only a servo has: its command, controller, motor or supply is another than stated.
+
+Those of its motor are a motor's too whose voltage is known, and which nothing controls.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +24,19 @@ SLOWEST_RATE = 5.0  # natural logarithms by which the lowest planted rate is bel
 WEAKEST_LIMIT = 5.0  # natural logarithms by which the smallest planted torque limit is below the standing torque
 
 
+def _drive_of(setup: Setup, j: int) -> PlantedServo:
+    """The joint's servo, or the motor whose voltage is known.
+
+    Raises
+    ------
+    NotApplicable : it has neither.
+    """
+    found = [servo for servo in setup.true.servos if servo.joint == j]
+    if not found:
+        raise NotApplicable("no servo at this joint")
+    return found[0]
+
+
 def _servo_of(setup: Setup, j: int) -> PlantedServo:
     """The joint's servo.
 
@@ -28,17 +44,16 @@ def _servo_of(setup: Setup, j: int) -> PlantedServo:
     ------
     NotApplicable : it has none that controls.
     """
-    found = [servo for servo in setup.true.servos if servo.joint == j and servo.gain > 0.0]
-    if not found:
+    found = _drive_of(setup, j)
+    if found.gain <= 0.0:
         raise NotApplicable("no servo at this joint")
-    return found[0]
+    return found
 
 
 def _servo_form(
     setup: Setup, j: int, name: str, largest: float, what: str, sign: float = 1.0, *, factor: bool = False
 ) -> Form:
-    """A servo's number plus or times one plus the size."""
-    _servo_of(setup, j)
+    """A drive's number plus or times one plus the size."""
     good = PlantedSensor.good(setup.true.n)
 
     def value(size: float) -> float:
@@ -54,21 +69,24 @@ def _servo_form(
 
 def command_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The command acts later."""
+    _servo_of(setup, j)
     return _servo_form(setup, j, "delay", LARGEST_DELAY, "late")
 
 
 def dead_band(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Small errors are not seen."""
+    _servo_of(setup, j)
     return _servo_form(setup, j, "dead_band", WIDEST_DEAD_BAND, "dead band")
 
 
 def servo_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Another gain."""
+    _servo_of(setup, j)
     return _servo_form(setup, j, "gain", 0.8, "gain", float(rng.choice([-1.0, 1.0])), factor=True)
 
 
 def _motor(setup: Setup, j: int) -> PlantedServo:
-    found = _servo_of(setup, j)
+    found = _drive_of(setup, j)
     if found.back_emf <= 0.0:
         raise NotApplicable("no motor at this joint")
     return found
@@ -90,7 +108,7 @@ def winding_resistance(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
 def current_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A limited current: the larger the size, the lower the limit."""
     servo, good = _motor(setup, j), PlantedSensor.good(setup.true.n)
-    supply = max(float(t.inputs.supply[:, j].max()) for t in setup.trials if t.inputs is not None)
+    supply = max(float(np.abs(t.inputs.supply[:, j]).max()) for t in setup.trials if t.inputs is not None)
     standing = servo.strength * supply * servo.duty_limit
 
     def limit(size: float) -> float:
@@ -122,7 +140,8 @@ def command_rate_limit(rng: np.random.Generator, setup: Setup, scale: Scale, j: 
 
 def voltage_sag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A supply that sags under the joint's current, of its source or its leads; a measured supply has its sag."""
-    _motor(setup, j)
+    if _motor(setup, j).open_duty > 0.0:
+        raise NotApplicable("the voltage was measured")
     if any(t.inputs is not None and np.ptp(t.inputs.supply[:, j]) > 0.0 for t in setup.trials):
         raise NotApplicable("the supply was measured")
     return _servo_form(setup, j, "sag", 2.0, "source")
@@ -130,7 +149,7 @@ def voltage_sag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) ->
 
 def gear_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Dry friction in proportion to the drive's torque, which sticks rigidly (BAM, arXiv 2410.08650, model M3)."""
-    _servo_of(setup, j)
+    _drive_of(setup, j)
     return law_form(setup, "gear, sticking", MOST_TORQUE_LOST, lambda s: Law(torque_laws.GEAR, j, (s, 0.0)))
 
 

@@ -106,7 +106,8 @@ def _table_of_trial(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law
         times, torques = trial.known
         for j in np.flatnonzero(np.any(torques != 0.0, axis=0)).tolist():
             gain, offset, delay = truth.drive if truth.drive_joint in (-1, j) else (0.0, 0.0, 0.0)
-            made.append(Law(DRIVE_TABLE, j, (1 + gain, offset, delay, float(count), float(len(times)))))
+            factor = (1 + gain) * truth.leg.torque_factor(j)
+            made.append(Law(DRIVE_TABLE, j, (factor, offset, delay, float(count), float(len(times)))))
             rows.append(np.column_stack([times, torques[:, j]]))
             count += len(times)
     if trial.inputs is not None:

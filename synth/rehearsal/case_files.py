@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import TorqueDrive
 from synth.files.drive_columns import SUFFIXES, SUPPLY
 from synth.files.leg_file import write_leg
 from synth.files.output import write_text
+from synth.planting.model import PlantedLeg
 from synth.rehearsal.plants import Planted
 from synth.rehearsal.users_rig import Rig
+from synth.swing.leg_model import Leg
 from synth.units import write
 
 if TYPE_CHECKING:
@@ -42,8 +45,11 @@ def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) ->
             entry["tilt"] = write(trial.tilt, "deg")
         if trial.held_out:
             entry["held_out"] = True
+        off = _torque_drives(project.leg) if rig.trials[number].known is None else []
+        if off:  # a file of theirs without a torque is refused otherwise
+            entry["drive_off"] = [rig.nominal.names[j] for j in off]
         entries.append(entry)
-        _write_trial(folder / file, rig, number, planted.readings[number])
+        _write_trial(folder / file, project.leg, rig, number, planted.readings[number])
     write_leg(project.leg, folder / "nominal.leg.yaml")
     written = load(project.path).value
     document: dict[str, Any] = {"kind": "gap", "leg": "nominal.leg.yaml", "trials": entries}
@@ -62,16 +68,37 @@ def _tip_text(mass: float, inertia: float, at: float | None) -> Any:
     return found if at is None else found | {"at": write(at, "m")}
 
 
-def _write_trial(path: Path, rig: Rig, number: int, reading: Array) -> None:
-    """Angles in degrees to 1e-7; the known torques and servos' inputs, in rows of their own where apart in time."""
+def _torque_drives(leg: Leg) -> list[int]:
+    """Joints whose drive's current or torque was recorded."""
+    return [j for j, joint in enumerate(leg.joints) if isinstance(joint.drive, TorqueDrive)]
+
+
+def _known_columns(given: Leg, leg: PlantedLeg, known: tuple[Array, Array]) -> tuple[list[str], Array]:
+    """Headers and columns (m, k) of the known torques, in the measured sense; the currents of joints ``by_current``."""
+    torques = leg.sign * known[1]
+    written = [j for j in range(leg.n) if torques[:, j].any() or j in _torque_drives(given)]
+    heads, columns = [], []
+    for j in written:
+        drive, current = given.joints[j].drive, j in leg.by_current
+        heads.append(f"{leg.names[j]} {'current [A]' if current else 'torque [N*m]'}")
+        factor = drive.motor.torque_a_current if current and isinstance(drive, TorqueDrive) else 1.0
+        columns.append(torques[:, j] / factor)
+    return heads, np.column_stack(columns) if columns else np.zeros((len(torques), 0))
+
+
+def _write_trial(path: Path, given: Leg, rig: Rig, number: int, reading: Array) -> None:
+    """Angles in degrees to 1e-7; known torques, currents and servos' inputs, in rows of their own where apart in time.
+
+    ``given`` : the user's leg.
+    """
     leg, trial = rig.nominal, rig.trials[number]
     heads = ["time [s]", *(f"{name} [deg]" for name in leg.names)]
     blocks = [_Block(rig.times[number], [_angle_cells(np.degrees(row)) for row in reading])]
     if trial.known is not None:
-        moments, torques = trial.known
-        driven = np.flatnonzero(np.any(torques != 0.0, axis=0)).tolist()
-        heads += [f"{leg.names[j]} torque [N*m]" for j in driven]
-        blocks.append(_Block(moments, [_known_cells(row) for row in leg.sign[driven] * torques[:, driven]]))
+        names, columns = _known_columns(given, leg, trial.known)
+        heads += names
+        if names:
+            blocks.append(_Block(trial.known[0], [_known_cells(row) for row in columns]))
     inputs = rig.inputs[number] if rig.inputs else None
     if inputs is not None:
         units = {SUPPLY: "V"} | {name + suffix: unit for name in leg.names for suffix, unit in SUFFIXES.items()}

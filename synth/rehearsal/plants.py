@@ -216,11 +216,11 @@ def cause_places(rig: Rig, seed: int) -> list[tuple[str, int]]:
     """Every cause of the library at every joint that is free in some scored trial and can have it, in random order."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
-    commanded = [servo.joint for servo in rig.nominal.servos if servo.gain > 0.0]
+    with_drive = [servo.joint for servo in rig.nominal.servos]
     found, setup = [], rig.built(np.random.default_rng([seed, 0x5E7]))
     for effect in LIBRARY:
         joints = [-1] if effect in EFFECTS_AT_BASE else driven if effect in TORQUE_ERRORS else free
-        joints = [j for j in joints if j in commanded] if effect in SERVO_ERRORS else joints
+        joints = [j for j in joints if j in with_drive] if effect in SERVO_ERRORS else joints
         if effect == "latency" and len(free) < 2:
             continue  # a delay needs a second joint to be relative to
         found += [(effect, j) for j in joints if _can_act(setup, effect, j)]

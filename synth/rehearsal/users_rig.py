@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from synth.compiling.announced import announced
 from synth.compiling.compiled import keep_code_of, kept_code
 from synth.diagnosis.check.run import UNEXPLAINED_SHARE
 from synth.diagnosis.low_pass import LowPass
+from synth.diagnosis.plants.swinging_chain.stated_numbers import joints_by_current
 from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
@@ -137,15 +139,16 @@ def users_rig(project: GapProject) -> Rig:
     noise = np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2))
     told = found.stated(leg.joint_names, project.noise)
     noise[list(told.known)] = told.noise[list(told.known)]
+    by_current = joints_by_current(leg, kept)
     return Rig(
-        _nominal_leg(leg, fastest_seen),
+        _nominal_leg(leg, fastest_seen, by_current),
         tuple(
             _planted_trial(leg, r, held_out=t.held_out, own=own) for r, t, own in zip(made, kept, inputs, strict=True)
         ),
         tuple(trial.name for trial in kept),
         tuple(r.time for r in made),
         tuple(np.logical_not(r.counts) for r in made),
-        project.tolerance.widths(leg),
+        project.tolerance.widths(leg, by_current),
         noise,
         counts,
         BACKGROUND_SHARE * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
@@ -179,8 +182,8 @@ def _refuse_unsupported(leg: OurLeg) -> None:
         raise UserError(problems)
 
 
-def _nominal_leg(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
-    """The generator's leg, with rows in the order of ``planting.model.PARAMETERS``."""
+def _nominal_leg(leg: OurLeg, fastest_seen: Array, by_current: Sequence[int]) -> PlantedLeg:
+    """The generator's leg, with rows in the order of ``planting.model.ROWS``."""
     rates, curves = [], []
     for j, joint in enumerate(leg.joints):
         rate, curve = _damper_rate_and_curve(joint, TYPICAL_SPEED_SHARE * float(fastest_seen[j]))
@@ -200,11 +203,10 @@ def _nominal_leg(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
         ]
     )
     servos = planted_servos(leg)
-    if servos:
+    if servos or by_current:
         values = np.vstack([values, np.ones((len(MOTOR_PARAMETERS), len(leg.joints)))])
-    return PlantedLeg(
-        leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity, tuple(curves), leg.armature, servos
-    )
+    own = leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity
+    return PlantedLeg(*own, tuple(curves), leg.armature, servos, tuple(by_current))
 
 
 def _damper_rate_and_curve(joint: Joint, speed: float) -> tuple[float, Array | None]:

@@ -168,6 +168,23 @@ def test_current_is_a_known_torque(tmp_path: Path) -> None:
     np.testing.assert_allclose(recorded.torques, 1.2)
 
 
+def test_a_torque_drive_needs_its_current(tmp_path: Path) -> None:
+    """A file without it was taken as a free motion, silently, and a project without it as one of a free leg."""
+    leg = read_leg(leg_file(tmp_path, "{kind: torque, motor: {torque_constant: 0.1 N*m/A, gear_ratio: 6}}"))
+    path = trial(tmp_path, "time [s],arm [deg]", "{t},{k}")
+    with pytest.raises(UserError, match=r'column "arm current \[A\]" is missing.* write drive_off: \[arm\]'):
+        read_trials([path.name], tmp_path, leg)
+    (free,) = read_trials([{"file": path.name, "drive_off": ["arm"]}], tmp_path, leg)
+    assert free.torques is None
+    assert read_recording(path, leg, held=["arm"]).torques is None  # a locked joint's torque does not matter
+    path = trial(tmp_path, "time [s],arm [deg],arm torque [N*m]", "{t},{k},2")
+    assert read_recording(path, leg).torques is not None  # the drive's torque, already computed
+    for column in ("current [A]", "torque [N*m]"):
+        path = trial(tmp_path, f"time [s],arm [deg],arm {column}", "{t},{k},2")
+        with pytest.raises(UserError, match="though drive_off says that the drive of arm is off"):
+            read_trials([{"file": path.name, "drive_off": ["arm"]}], tmp_path, leg)
+
+
 @pytest.mark.parametrize(
     ("header", "words"),
     [

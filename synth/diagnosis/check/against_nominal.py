@@ -1,4 +1,8 @@
-"""Recordings compared with the designed leg: exchanged or inverted columns show as a much better fit."""
+"""Recordings compared with the designed leg: exchanged or inverted columns show as a much better fit.
+
+Known torques, currents, voltages and commands are in the measured angle's sense, as the angle: a joint's ``sign`` turns
+all of them. If only one of the columns is inverted, another ``sign`` is the same leg seen in a mirror.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.score import score
 from synth.diagnosis.workbench import Workbench
+from synth.drives.servo import Servo
 from synth.errors import UserError
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
@@ -29,57 +34,106 @@ MOST_TRIALS = 6  # trials compared, those with the largest motion
 LEAST_IMPROVEMENT = 3.0
 NEAR_DESIGN = np.radians(15.0)  # rad RMS: a recording farther from the design has other problems than its columns
 LEAST_ERROR = np.radians(2.0)  # rad RMS from the design below which columns are accepted
+# Either of two changes may be right whose errors are nearer than this factor (a choice, well below LEAST_IMPROVEMENT),
+# or differ by less than this share of the error as recorded: what the check takes to stay unexplained anyway.
+ALIKE, ALIKE_SHARE = 1.5, 0.01
 
 
 @dataclass(frozen=True)
 class _ColumnChange:
-    """A change of a trial's columns, and its meaning."""
+    """A change of a trial's columns, and its meaning.
+
+    ``joints`` : two, whose angles are exchanged, or one, of which ``angle`` and ``inputs`` (known torque, command or
+    voltage) are inverted. ``either`` : what is meant where this change and that of the other column fit alike.
+    """
 
     joints: tuple[int, ...]
     text: str
     remedy: str
+    angle: bool = True
+    inputs: bool = False
+    either: tuple[str, str] | None = None
 
     def of(self, leg: Leg, trial: Trial) -> Trial:
-        angles = trial.angles.copy()
+        angles, made = trial.angles.copy(), trial
+        j = self.joints[0]
         if len(self.joints) == 2:
             angles[:, list(self.joints)] = angles[:, list(self.joints[::-1])]
-        else:
-            j = self.joints[0]
+        elif self.angle:
             angles[:, j] = 2.0 * leg.joints[j].zero - angles[:, j]
-        return replace(trial, angles=angles, velocities=None)
+        if self.inputs:
+            made = _with_inputs_inverted(leg, trial, j)
+        return replace(made, angles=angles, velocities=None) if self.angle else made
+
+    def counterpart(self, other: _ColumnChange) -> bool:
+        """Whether one inverts the angle and the other the inputs of the same joint."""
+        return (
+            self.either is not None
+            and self.either == other.either
+            and (self.angle, self.inputs) == (other.inputs, other.angle)
+        )
+
+
+def _with_inputs_inverted(leg: Leg, trial: Trial, j: int) -> Trial:
+    """With a joint's known torque and voltage negated, and its command mirrored about the joint's zero."""
+    torques, signals = trial.torques, trial.signals
+    if torques is not None:
+        torques = torques.copy()
+        torques[:, j] *= -1.0
+    drive = leg.joints[j].drive
+    if signals is not None and isinstance(drive, Servo):
+        command, supply = signals.command.copy(), signals.supply.copy()
+        if drive.open_duty:
+            supply[:, j] *= -1.0
+        else:
+            command[:, j] = 2.0 * leg.joints[j].zero - command[:, j]
+        signals = replace(signals, command=command, supply=supply)
+    return replace(trial, torques=torques, signals=signals)
 
 
 def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Finding]:
     """Columns that look exchanged or inverted.
 
     The designed leg predicts each recording from the best-fitting initial state: unchanged, with two columns
-    exchanged, or with one inverted about its joint's zero.
+    exchanged, with one inverted about its joint's zero, or with a joint's inputs inverted.
     """
     chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST_TRIALS]
     own = _errors_of_design(leg, chosen, bench)
-    best: dict[int, tuple[float, _ColumnChange]] = {}
-    for change in _column_changes(leg):
-        missed = _errors_of_design(leg, [change.of(leg, trial) for trial in chosen], bench)
-        for k, value in enumerate(missed):
-            likelier = own[k] > LEAST_ERROR and value < min(own[k] / LEAST_IMPROVEMENT, NEAR_DESIGN)
-            if likelier and value < best.get(k, (np.inf, change))[0]:
-                best[k] = float(value), change
+    changes = _column_changes(leg, chosen)
+    missed = [_errors_of_design(leg, [change.of(leg, trial) for trial in chosen], bench) for change in changes]
+    best: dict[tuple[str, str], list[tuple[int, float]]] = {}
+    for k, error in enumerate(own):
+        limit = min(error / LEAST_IMPROVEMENT, NEAR_DESIGN)
+        least = min(((float(each[k]), i) for i, each in enumerate(missed)), default=(np.inf, 0))
+        if error > LEAST_ERROR and least[0] < limit:
+            best.setdefault(_meaning(changes, [float(each[k]) for each in missed], least[1], float(error)), []).append(
+                (k, least[0])
+            )
     found = []
-    for change in dict.fromkeys(change for _, change in best.values()):
-        places = [k for k, (_, other) in best.items() if other is change]
-        worst = places[0]
-        names = ", ".join(chosen[k].name for k in places[:3]) + (
+    for (what, remedy), places in best.items():
+        worst, after = places[0]
+        names = ", ".join(chosen[k].name for k, _ in places[:3]) + (
             f" and {len(places) - 3} more" if len(places) > 3 else ""
         )
-        text = (
-            f"{change.text}: the designed leg's error is {significant(np.degrees(own[worst]), 2)} deg RMS as recorded"
-        )
-        text += f" and {significant(np.degrees(best[worst][0]), 2)} deg with this change"
-        found.append(Finding("fault", text, change.remedy, names))
+        text = f"{what}: the designed leg's error is {significant(np.degrees(own[worst]), 2)} deg RMS as recorded"
+        text += f" and {significant(np.degrees(after), 2)} deg with this change"
+        found.append(Finding("fault", text, remedy, names))
     return found
 
 
-def _column_changes(leg: Leg) -> list[_ColumnChange]:
+def _meaning(changes: Sequence[_ColumnChange], missed: Sequence[float], best: int, own: float) -> tuple[str, str]:
+    """What and remedy of a trial's best change; of both columns if inverting the other one does as well.
+
+    ``missed`` (n_change,) rad, its error with each; ``own`` as recorded.
+    """
+    chosen = changes[best]
+    near = max(ALIKE * missed[best], missed[best] + ALIKE_SHARE * own)
+    if any(chosen.counterpart(other) and error < near for other, error in zip(changes, missed, strict=True)):
+        return chosen.either or (chosen.text, chosen.remedy)
+    return chosen.text, chosen.remedy
+
+
+def _column_changes(leg: Leg, trials: Sequence[Trial]) -> list[_ColumnChange]:
     names = leg.joint_names
     made = [
         _ColumnChange(
@@ -87,14 +141,46 @@ def _column_changes(leg: Leg) -> list[_ColumnChange]:
         )
         for i, j in combinations(range(len(names)), 2)
     ]
-    return made + [
+    for j, name in enumerate(names):
+        column = _input_column(leg, trials, j)
+        if column:
+            made += _changes_of_driven_joint(j, name, column)
+        else:
+            made.append(
+                _ColumnChange((j,), f"{name} looks inverted", "turn the joint's `sign` in the leg file, or its column")
+            )
+    return made
+
+
+def _changes_of_driven_joint(j: int, name: str, column: str) -> list[_ColumnChange]:
+    """Its angle, its input, or both: with both in the measured sense, the joint's ``sign`` turns both or none."""
+    angle, both = f"the column {name}", "the joint's `sign` turns both and would change nothing"
+    turned = f"the column {column}"
+    about = " about the joint's zero" if column.endswith("command") else ""
+    either = (
+        f"{angle} or {turned} looks inverted",
+        f"turn one of the two, {name} about the joint's zero or {column}{about}; {both}",
+    )
+    return [
+        _ColumnChange((j,), f"{angle} looks inverted", f"turn it about the joint's zero; {both}", either=either),
         _ColumnChange(
-            (j,),
-            f"{names[j]} looks inverted",
-            "turn the joint's `sign` in the leg file, or its column",
-        )
-        for j in range(len(names))
+            (j,), f"{turned} looks inverted", f"turn it{about}; {both}", angle=False, inputs=True, either=either
+        ),
+        _ColumnChange(
+            (j,), f"{name} looks inverted, with {column}", "turn the joint's `sign` in the leg file", inputs=True
+        ),
     ]
+
+
+def _input_column(leg: Leg, trials: Sequence[Trial], j: int) -> str:
+    """The column that drives a joint in some trial; empty if it is free in all."""
+    name, drive = leg.joint_names[j], leg.joints[j].drive
+    for trial in trials:
+        if trial.torques is not None and np.any(trial.torques[:, j] != 0.0):
+            return f"{name} {'current' if name in trial.by_current else 'torque'}"
+        if isinstance(drive, Servo) and trial.signals is not None and trial.signals.enabled[:, j].any():
+            return f"{name} {'voltage' if drive.open_duty else 'command'}"
+    return ""
 
 
 def _errors_of_design(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> Array:

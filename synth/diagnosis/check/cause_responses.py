@@ -14,12 +14,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.check.level_sizes import (
+    Level,
+    distinct_starts,
+    has_size,
+    is_level,
+    level_rungs,
+    strength_places,
+    with_point,
+)
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.screening import DIVERGED_RESIDUAL, ScreeningFrame, ladder_starts
 from synth.diagnosis.workbench import Workbench
-from synth.estimation.parameters import Prior
 
 # A cause is visible if its gain in log-likelihood, half the squared signal, exceeds the penalty of one unknown in the
 # odds (4, see ``verdict.Calibration``): 2.8, rounded up.
@@ -62,13 +70,14 @@ class CauseResponse:
 
     ``visible`` (n_unknown,) whitened unknowns at the smallest visible size, or None; ``columns`` : indices of its
     response and of its derivatives among all; ``implausible`` : the smallest visible size where it is no plausible one,
-    see ``is_plausible``; ``visible`` is None then.
+    see ``is_plausible``; ``visible`` is None then. ``level`` : its ladder, if its strengths have no zero.
     """
 
     fit: EvaluatedHypothesis
     visible: Array | None
     columns: tuple[int, ...] = ()
     implausible: Array | None = None
+    level: Level | None = None
 
     @property
     def key(self) -> Key:
@@ -102,7 +111,7 @@ def responses_of(
     starts = [
         EvaluatedHypothesis((candidate,), np.concatenate([at.unknowns, start]), at.states)
         for candidate in candidates
-        for start in candidate.starts()
+        for start in distinct_starts(candidate)
     ]
     return responses_for_comparison(bench, at, with_columns_numbered(_responses_with_sizes(bench, at, starts)))
 
@@ -136,27 +145,92 @@ def _responses_with_sizes(
 ) -> list[CauseResponse]:
     """For each start the size of comparison, and the smallest visible size, from a ladder of sizes."""
     first = bench.n_tolerance
-    ladders = [ladder_starts(start, first) for start in starts]
+    leveled = [is_level(start.hypothesis[0]) for start in starts]
+    ladders = [
+        level_rungs(start, first) if level else ladder_starts(start, first)
+        for start, level in zip(starts, leveled, strict=True)
+    ]
+    signals, raw = _signals_of_ladders(bench, at, ladders)
+    made = [
+        None if level else _response_from_zero(start, ladder, here, bare, first)
+        for start, level, ladder, here, bare in zip(starts, leveled, ladders, signals, raw, strict=True)
+    ]
+    levels = [k for k, level in enumerate(leveled) if level]
+    found = _levels(bench, at, [ladders[k] for k in levels], [signals[k] for k in levels])
+    for k, level in zip(levels, found, strict=True):
+        made[k] = None if level is None else _response_of_level(starts[k], level, first)
+    return [response for response in made if response is not None]
+
+
+def _response_from_zero(
+    start: EvaluatedHypothesis, ladder: Sequence[EvaluatedHypothesis], here: Array, bare: Array, first: int
+) -> CauseResponse | None:
+    """From the signals (n_rung,) of a ladder, after and before subtraction; None if it acts nowhere."""
+    good = np.flatnonzero(np.isfinite(here) & (bare > 0.0))
+    if not len(good):
+        return None
+    best = int(good[np.argmin(np.abs(np.log(bare[good] / COMPARED_SIGNAL)))])
+    sizes = np.array([rung.unknowns[first:] for rung in ladder])
+    shown = _smallest_visible(start, sizes[good], here[good], first)
+    candidate = start.hypothesis[0]
+    size = candidate.strengthened(sizes[best], COMPARED_SIGNAL / bare[best]) if has_size(candidate) else sizes[best]
+    plausible = shown is None or is_plausible(candidate, shown)
+    seen, unlikely = (shown, None) if plausible else (None, shown)
+    return CauseResponse(_at_point(start, size, first), seen, implausible=unlikely)
+
+
+def _levels(
+    bench: Workbench,
+    at: EvaluatedHypothesis,
+    ladders: Sequence[Sequence[EvaluatedHypothesis]],
+    signals: Sequence[Array],
+) -> list[Level | None]:
+    """The ladders of causes without a zero, finer where the smallest visible size is."""
+    first = bench.n_tolerance
+    places = [strength_places(ladder[0].hypothesis[0])[0] for ladder in ladders]
+    points = [np.array([rung.unknowns[first:] for rung in ladder]) for ladder in ladders]
+    coarse = [Level.of(*each) for each in zip(points, signals, places, strict=True)]
+    more = [[] if level is None else level.between(VISIBLE_SIGNAL) for level in coarse]
+    fine = [[with_point(ladder[0], first, point) for point in each] for ladder, each in zip(ladders, more, strict=True)]
+    later, _ = _signals_of_ladders(bench, at, fine)
+    return [
+        Level.of(np.vstack([points[k], *more[k]]), np.r_[signals[k], later[k]], place) for k, place in enumerate(places)
+    ]
+
+
+def _response_of_level(start: EvaluatedHypothesis, level: Level, first: int) -> CauseResponse | None:
+    """Of a cause whose strengths have no zero; None if it acts nowhere.
+
+    It is compared at its smallest visible size: its response at a smaller one is another, not a part of it.
+    """
+    if not np.any(level.signals > 0.0):
+        return None
+    shown = level.at_signal(VISIBLE_SIGNAL)
+    plausible = shown is None or _can_be_as_strong(start.hypothesis[0], shown, level)
+    seen, unlikely = (shown, None) if plausible else (None, shown)
+    point = _at_point(start, level.rung_with_signal(VISIBLE_SIGNAL), first)
+    return CauseResponse(point, seen, implausible=unlikely, level=level)
+
+
+def _can_be_as_strong(candidate: ShapedEffect, unknowns: Array, level: Level) -> bool:
+    """As ``is_plausible``: of a limit, all lower ones are visible too, and only a very low one is not plausible."""
+    beyond = np.asarray(unknowns)[strength_places(candidate)] * (-1.0 if level.falls else 1.0)
+    return bool(np.max(beyond) < VISIBLE_SIGNAL)
+
+
+def _at_point(start: EvaluatedHypothesis, size: Array, first: int) -> EvaluatedHypothesis:
+    point = np.clip(size, *start.hypothesis[0].bounds())
+    return replace(start, unknowns=np.concatenate([start.unknowns[:first], point]))
+
+
+def _signals_of_ladders(
+    bench: Workbench, at: EvaluatedHypothesis, ladders: Sequence[Sequence[EvaluatedHypothesis]]
+) -> tuple[list[Array], list[Array]]:
+    """Signals (n_rung,) of each ladder, after and before subtracting the tolerances' part."""
     flat = [rung for ladder in ladders for rung in ladder]
-    signals, raw = _signals(bench, at, flat)
-    made, place = [], 0
-    for start, ladder in zip(starts, ladders, strict=True):
-        part = slice(place, place + len(ladder))
-        here, bare = signals[part], raw[part]
-        place += len(ladder)
-        good = np.flatnonzero(np.isfinite(here) & (bare > 0.0))
-        if not len(good):
-            continue
-        best = int(good[np.argmin(np.abs(np.log(bare[good] / COMPARED_SIGNAL)))])
-        sizes = np.array([rung.unknowns[first:] for rung in ladder])
-        shown = _smallest_visible(start, sizes[good], here[good], first)
-        candidate = start.hypothesis[0]
-        size = candidate.strengthened(sizes[best], COMPARED_SIGNAL / bare[best]) if has_size(candidate) else sizes[best]
-        point = np.concatenate([start.unknowns[:first], np.clip(size, *candidate.bounds())])
-        plausible = shown is None or is_plausible(candidate, shown)
-        seen, unlikely = (shown, None) if plausible else (None, shown)
-        made.append(CauseResponse(replace(start, unknowns=point), seen, implausible=unlikely))
-    return made
+    signals, raw = _signals(bench, at, flat) if flat else (np.zeros(0), np.zeros(0))
+    ends = np.cumsum([len(ladder) for ladder in ladders])[:-1]
+    return np.split(signals, ends), np.split(raw, ends)
 
 
 def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> tuple[Array, Array]:
@@ -184,8 +258,7 @@ def _smallest_visible(start: EvaluatedHypothesis, sizes: Array, signals: Array, 
     candidate = start.hypothesis[0]
     if not has_size(candidate):
         return sizes[int(np.argmax(signals))] if signals.max() >= VISIBLE_SIGNAL else None
-    strengths = [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
-    strong = (sizes - candidate.absent)[:, strengths]
+    strong = (sizes - candidate.absent)[:, strength_places(candidate)]
     magnitude = np.linalg.norm(strong, axis=1)
     shown = np.flatnonzero(signals >= VISIBLE_SIGNAL)
     if not len(shown):
@@ -210,14 +283,4 @@ def is_plausible(candidate: ShapedEffect, unknowns: Array) -> bool:
     """
     if not has_size(candidate):
         return True
-    strengths = [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
-    return float(np.linalg.norm(np.asarray(unknowns)[strengths])) < VISIBLE_SIGNAL
-
-
-def has_size(candidate: ShapedEffect) -> bool:
-    """Whether its strengths start from zero; a stop's stiffness does not, its position makes it visible."""
-    return not any(prior.log for name, prior in _named_priors(candidate) if name in candidate.effect.strengths)
-
-
-def _named_priors(candidate: ShapedEffect) -> list[tuple[str, Prior]]:
-    return list(zip(candidate.shape.free, candidate.priors, strict=True))
+    return float(np.linalg.norm(np.asarray(unknowns)[strength_places(candidate)])) < VISIBLE_SIGNAL

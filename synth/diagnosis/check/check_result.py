@@ -50,7 +50,7 @@ class Check:
         """The answer."""
         faults = sum(finding.level == "fault" for finding in self.findings)
         doubts = sum(finding.level == "doubt" for finding in self.findings)
-        shown = sum(showing.visible_from is not None for showing in self.showings)
+        shown = sum(bool(showing.visible_from) for showing in self.showings)
         count = f"{self.trials} recording{'s' if self.trials != 1 else ''}"
         if faults:
             return f"{count}: {_count_text(faults, 'fault')} to correct first; a diagnosis would be wrong."

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.plants.swinging_chain.leg_torques import bearing_forces
+from synth.drives.servo import TorqueDrive
 from synth.fit.recordings import Recording
 from synth.swing.leg_model import Leg
 from synth.units import quantity, significant
+
+if TYPE_CHECKING:
+    from synth.files.trial_list import Trial
 
 # Ratio of greatest to least below which a quantity counts as constant: effects that depend on it and effects that do
 # not then differ by no more than tolerances do.
@@ -139,3 +143,20 @@ def _cut_short_findings(recordings: Sequence[Recording]) -> list[Finding]:
     more = f" and {len(moving) - 1} more" if len(moving) > 1 else ""
     text = "ends while the leg still moves: its rest position distinguishes dry friction from a shifted spring"
     return [Finding("note", text, "record until the leg is at rest", moving[0] + more)]
+
+
+def torque_findings(leg: Leg, trials: Sequence[Trial]) -> list[Finding]:
+    """Trials in which no torque acts on a joint that a known one drives in others: its column may have been forgotten.
+
+    A ``drive`` of kind torque with a motor requires its column or ``drive_off``, and has none of these. Where only the
+    column says that a joint is driven, a file without it is a free motion, as ever.
+    """
+    found = []
+    for j, joint in enumerate(leg.joints):
+        driven = [trial.torques is not None and bool(np.any(trial.torques[:, j] != 0.0)) for trial in trials]
+        if isinstance(joint.drive, TorqueDrive) or not any(driven):
+            continue
+        free = [t.name for t, acts in zip(trials, driven, strict=True) if not acts and joint.name not in t.locked]
+        text = f"no torque acts on {joint.name} here, as it does in other recordings: taken as free"
+        found += [Finding("note", text, recording=name, joint=joint.name) for name in free]
+    return found

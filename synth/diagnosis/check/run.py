@@ -15,7 +15,7 @@ from synth.diagnosis.check.cause_responses import responses_of
 from synth.diagnosis.check.channels import Channel, channel_findings, describe_channels
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, describe_sampling
-from synth.diagnosis.check.coverage import coverage_findings, describe_coverage
+from synth.diagnosis.check.coverage import coverage_findings, describe_coverage, torque_findings
 from synth.diagnosis.check.finding import Finding, finding_of_remark, merge_alike, worst_first
 from synth.diagnosis.check.lags import Lag, estimate_lags, lag_findings
 from synth.diagnosis.check.separability import Separability, separability
@@ -71,6 +71,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     findings += clock_findings(leg, recordings, steps)
     findings += channel_findings(leg, recordings, found, read)
     findings += coverage_findings(leg, learnt, covered)
+    findings += torque_findings(leg, project.trials)
     if any(finding.level == "fault" for finding in findings):
         told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
     else:

@@ -17,17 +17,15 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.check.cause_responses import (
     CauseResponse,
     ResponseProducts,
-    has_size,
     responses_for_comparison,
     with_columns_numbered,
 )
-from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.check.visible_sizes import implausible_size, size_at, visible_size
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.intervals import Estimate
-from synth.units import shown_unit
 
 MOST_RIVALS = 4  # most similar causes listed for each cause
 # Sine of the angle below which two causes count as inseparable unless seven times larger than the smallest visible
@@ -62,13 +60,15 @@ class VisibleCause:
     """One cause: the smallest visible size, None if there is no plausible one, and similar causes.
 
     ``only_from`` : the smallest visible size that is not plausible, see ``is_plausible``; None if there is none.
-    Of a cause without a size, a stop: its place, an angle at each end of travel from which it is visible.
+    Of a cause without a size, a stop: its place, an angle at each end of travel from which it is visible. Of a
+    ``limit`` : the highest that is visible; lower ones are visible too.
     """
 
     key: Key
     visible_from: dict[str, Estimate] | None
     rivals: tuple[Rival, ...]
     only_from: dict[str, Estimate] | None = None
+    limit: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``causes``."""
@@ -79,6 +79,7 @@ class VisibleCause:
             "joint": self.key[1],
             "visible_from": shown,
             **({} if beyond is None else {"only_from": beyond}),
+            **({"limit": True} if self.limit else {}),
             "looks_like": [rival.as_json() for rival in self.rivals],
         }
 
@@ -184,67 +185,13 @@ def _nearest_form(gram: Array, true: CauseResponse, others: Sequence[CauseRespon
 
 def _visible_cause(responses: Sequence[CauseResponse], pairs: Sequence[_Pair]) -> VisibleCause:
     response = _plainest_response(responses)
+    limit = response.level is not None and response.level.falls
     if response.visible is None:
-        unlikely = [
-            scaled_strengths(each.candidate, each.implausible, 1.0)
-            for each in responses
-            if each.implausible is not None
-        ]
-        only = unlikely[0] if unlikely else None
-        return VisibleCause(response.key, None, (), only)
+        return VisibleCause(response.key, None, (), implausible_size(responses), limit)
     rivals = []
     for pair in pairs[:MOST_RIVALS]:
-        sine = max(pair.sine, LEAST_SINE)
-        rivals.append(
-            Rival(pair.other.key, pair.sine, scaled_strengths(response.candidate, response.visible, 1.0 / sine))
-        )
-    has = has_size(response.candidate)
-    shown = scaled_strengths(response.candidate, response.visible, 1.0) if has else _visible_places(responses)
-    return VisibleCause(response.key, shown, tuple(rivals))
-
-
-def _visible_places(responses: Sequence[CauseResponse]) -> dict[str, Estimate]:
-    """Where a cause without a size shows: the first visible place at each side; starts are in order from far to near.
-
-    Its stiffness would say nothing: that of a rigid stop, or of the softest that can be told, is no design quantity.
-    """
-    found: dict[str, Estimate] = {}
-    for response in responses:
-        if response.visible is None:
-            continue
-        candidate, named = response.candidate, response.candidate.named(response.visible)
-        for parameter in candidate.effect.parameters:
-            if parameter.anchor and parameter.name in candidate.shape.free:
-                found.setdefault(
-                    parameter.name, Estimate(named[parameter.name], _unit_of_smallest_size(parameter.unit))
-                )
-    return found
-
-
-def scaled_strengths(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, Estimate] | None:
-    """Strengths of a cause, ``factor`` times as large; None beyond the range of the diagnosis.
-
-    Empty if the cause has no strength that could be larger.
-    """
-    if not has_size(candidate):
-        return {}
-    point = candidate.strengthened(unknowns, factor)
-    low, high = candidate.bounds()
-    if np.any(np.abs(point) > np.where(point < 0.0, np.abs(low), np.abs(high)) + 1e-9) and factor > 1.0:
-        return None
-    point = np.clip(point, low, high)
-    units = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
-    named = candidate.named(point)
-    return {
-        name: Estimate(value, _unit_of_smallest_size(units[name]))
-        for name, value in named.items()
-        if name in candidate.effect.strengths and name in candidate.shape.free
-    }
-
-
-def _unit_of_smallest_size(unit: str) -> str:
-    """The unit of a smallest size: of shares and delays, which are small here, a smaller one than in other results."""
-    return {"1": "%", "s": "ms"}.get(unit, shown_unit(unit))
+        rivals.append(Rival(pair.other.key, pair.sine, size_at(response, 1.0 / max(pair.sine, LEAST_SINE))))
+    return VisibleCause(response.key, visible_size(responses), tuple(rivals), limit=limit)
 
 
 def _clusters(
