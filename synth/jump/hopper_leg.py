@@ -94,7 +94,7 @@ class Motor(GearedMotor):
 
     ``torque_constant`` gives the maker's stall torque through a lossless gear, ``back_emf_constant`` the maker's free
     speed: their ratio is the gear's efficiency at stall. ``friction`` N m of the rotor, constant in speed; ``viscous``
-    N m s/rad of the rotor.
+    N m s/rad of the rotor. ``rated_voltage`` V, of the maker's statement; None: ``voltage``.
     """
 
     name: str
@@ -108,6 +108,7 @@ class Motor(GearedMotor):
     viscous: float
     back_emf_constant: float
     torque_limit: float | None = None
+    rated_voltage: float | None = None
 
 
 @dataclass(frozen=True)
