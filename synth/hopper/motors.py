@@ -36,7 +36,7 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     Raises
     ------
     ValueError : the row is not complete.
-    UserError : the resistance takes all the voltage at the no-load current.
+    UserError : the resistance takes all the voltage at the no-load current, or all the supply at its dry part.
     """
     options = options or MotorOptions()
     known = (row.gear_ratio, row.voltage, row.no_load_speed, row.stall_torque, row.stall_current, row.no_load_current,
@@ -50,6 +50,9 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     if free * resistance >= rated:
         text = f"{row.part}: with a resistance of {resistance:g} ohm its no-load current of {free:g} A takes all of its"
         raise UserError(f"{text} {rated:g} V; the resistance must be below {rated / free:g} ohm")
+    if share * free * resistance >= supply:
+        text = f"{row.part}: at {supply:g} V this motor does not turn: its no-load current alone takes"
+        raise UserError(f"{text} {share * free * resistance:g} V; the supply must be above that")
     back_emf = (rated - free * resistance) / (ratio * speed)
     constant = torque / (ratio * (stall - share * free))
     friction, viscous = back_emf * free * share, back_emf * free * (1.0 - share) / (speed * ratio)

@@ -39,6 +39,15 @@ def test_a_no_load_current_that_would_stop_the_motor_hardly_turns_it() -> None:
     assert with_loss(hot, 1.9).back_emf_constant > 0.0
 
 
+def test_a_motor_that_its_supply_does_not_turn_is_refused() -> None:
+    """Its friction drove it, and its stall torque was negative."""
+    row = catalogue().find_motor("N20 HP 6V 75:1")
+    with pytest.raises(UserError, match=r"at 0.3 V this motor does not turn: its no-load current alone takes 0.375 V"):
+        motor_of(row, MotorOptions(supply=0.3))
+    assert motor_of(row, MotorOptions(supply=0.38)).stall_torque > 0.0
+    assert motor_of(row, MotorOptions(supply=0.3, friction_share=0.5)).no_load_speed > 0.0
+
+
 def test_written_tolerances_count_as_written_and_a_maker_s_limits_at_their_90_percent_end(tmp_path: Path) -> None:
     """Both were multiplied by 0.9."""
     row = catalogue().find_motor("N20 HP 6V 75:1")
