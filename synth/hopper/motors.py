@@ -111,9 +111,16 @@ def chosen_rows(rows: Sequence[GearMotorRow], patterns: Sequence[str]) -> list[G
             raise UserError(f'"{pattern}" matches no gear motor; see synth catalog list gearmotors')
         complete = [row for row in matched if row.complete]
         if not complete:
-            raise UserError(f'"{pattern}" cannot be simulated: {matched[0].part} is {matched[0].status}')
+            raise UserError(f'"{pattern}" cannot be simulated: {_why_not(matched[0])}')
         found += [row for row in complete if row not in found]
     return found
+
+
+def _why_not(row: GearMotorRow) -> str:
+    """Why a row is not complete, in words that follow the pattern it matches."""
+    if row.state == "contradiction":
+        return f"the row of {row.part} contradicts itself: {'; '.join(row.reasons)}"
+    return f"{row.part} is {row.status}"
 
 
 def with_torque(motor: Motor, factor: float) -> Motor:

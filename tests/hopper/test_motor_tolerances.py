@@ -60,3 +60,11 @@ def test_written_tolerances_count_as_written_and_a_maker_s_limits_at_their_90_pe
     made = problem.motors[0]
     slow = copies(HopperLeg(), made, taken)[1 + QUANTITIES.index("no-load speed")][1]
     assert slow.no_load_speed == pytest.approx(0.8 * made.no_load_speed)
+
+
+def test_a_row_that_contradicts_itself_is_refused_in_a_sentence() -> None:
+    row = catalogue().find_motor("N20 HP 6V 75:1").judged("contradiction", ["stall torque and current disagree"])
+    said = '"n20*" cannot be simulated: the row of N20 HP 6V 75:1 contradicts itself: stall torque and current disagree'
+    with pytest.raises(UserError) as raised:
+        chosen_rows([row], ["n20*"])
+    assert said == str(raised.value)
