@@ -198,6 +198,18 @@ class HopperLeg:
         """Hips above the foot with rigid links, m."""
         return self.length * cos(upper) + self.lower_length * cos(self.lower_angle(upper))
 
+    def centre_height(self, motor: Motor, upper: float) -> float:
+        """Centre of mass above the foot with rigid links, m; body and motors are at the hips.
+
+        Raises
+        ------
+        ValueError : the lower links cannot reach.
+        """
+        hips, knees = self.height(upper), self.lower_length * cos(self.lower_angle(upper))
+        above, below = self.link_mass
+        body = self.structure_mass + 2 * motor.mass
+        return (body * hips + above * (hips + knees) + below * knees) / self.total_mass(motor)
+
     def leverage(self, upper: float) -> float:
         """Rise of the hips per radian of both upper links, m/rad: l (sin a + cos a tan b)."""
         b = self.lower_angle(upper)
