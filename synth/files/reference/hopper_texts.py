@@ -127,6 +127,7 @@ KEYS: dict[str, str] = {
     "jump_tolerance.start": "Of the switch-on time of the motors; more where a recording's clock does not begin there.",
     "run_ups.stall": "Tests of the locked motor: current and torque at a voltage.",
     "run_ups.free_speed": "Tests of the unloaded motor: current and speed at a voltage.",
+    "run_ups.motor": "The catalogue's motor that was measured: with it, motor.csv is written, a row for a design.",
     "run_ups.kind": KIND,
     "run_ups.gear_ratio": "Turns of the rotor per turn of the shaft.",
     "run_ups.runs": "Recordings of the run-ups.",
