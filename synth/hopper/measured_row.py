@@ -20,7 +20,6 @@ from synth.hopper.identify_motor import IdentifiedConstant, MotorEstimate
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.steady_motor import SteadyMotor
 from synth.jump.hopper_leg import HopperTolerances
-from synth.parts.catalogue_row import CatalogueRow
 from synth.parts.rows import GearMotorRow
 from synth.units import factor
 
@@ -43,7 +42,7 @@ class MeasuredRow:
         """Header -> the one cell, for a CSV of gear motors."""
         found: dict[str, list[str | float]] = {}
         for item in GearMotorRow.columns():
-            unit, shown, value = item.metadata["unit"], item.metadata.get("shown"), getattr(self.row, item.name)
+            unit, shown, value = item.metadata["unit"], item.metadata.get("shown", ""), getattr(self.row, item.name)
             if value in (None, ""):
                 continue
             title = item.name if unit is None else f"{item.name} [{shown}]"
@@ -91,24 +90,20 @@ def measured_row(
     halves = {name: _relative_half(constants[name]) for name in constants if constants[name].value > 0.0}
     open_ = constants["inductance"].interval90[0] <= 0.0 if "inductance" in constants else True
     row = replace(
-        made, **dict.fromkeys(_of_another_motor()), part=f"{made.part} measured", gear_ratio=ratio,
+        made, part=f"{made.part} measured", gear_ratio=ratio,
         no_load_speed=speed / ratio, stall_torque=torque, stall_current=stalled, no_load_current=free,
         speed_tolerance=halves["back_emf"] / UNIFORM, current_tolerance=halves["friction"] / UNIFORM,
         resistance=resistance, inductance=None if open_ else constants["inductance"].value,
         rotor_inertia=constants["rotor_inertia"].value if "rotor_inertia" in constants else None,
         basis=f"found; measured, stall torque from {basis}", note="made by synth hopper",
+        speed_at_best_efficiency=None, torque_at_best_efficiency=None, current_at_best_efficiency=None,
+        price="", as_published="",
         source=f"measured; mass, shaft and torque limit are those of {made.part}",
     )  # fmt: skip
     tolerances = {"torque": half}
     if "rotor_inertia" in halves:
         tolerances["rotor_inertia"] = halves["rotor_inertia"]
     return MeasuredRow(row, dry / free, tolerances)
-
-
-def _of_another_motor() -> tuple[str, ...]:
-    """Columns of the maker's row that the measured motor does not share: its place, and points of its line."""
-    number = [item.name for item in CatalogueRow.columns() if item.metadata["unit"] is not None]
-    return (*number, "speed_at_best_efficiency", "torque_at_best_efficiency", "current_at_best_efficiency")
 
 
 def _stall_torque(

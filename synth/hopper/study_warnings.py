@@ -50,7 +50,7 @@ def _at_an_edge(found: Study, best: int) -> list[str]:
         return []
     place, first = best % n, best - best % n
     reached = np.flatnonzero(sweep.status[first : first + n] != OUT_OF_REACH)
-    texts = []
+    texts: list[str] = []
     for end, beyond, word, other in ((reached[0], -1, "shortest", "shorter"), (reached[-1], 1, "longest", "longer")):
         if place != end:
             continue
