@@ -12,6 +12,7 @@ from synth.files import hopper_recordings as files
 from synth.hopper import write_identified as write
 from synth.hopper.identify_damping import identify_damping
 from synth.hopper.identify_motor import identify_motor
+from synth.hopper.measured_row import measured_row
 from synth.hopper.motors import motor_of
 from synth.hopper.seen_jumps import seen_jumps
 from synth.hopper.steady_motor import steady_motor
@@ -24,12 +25,14 @@ class HopperExperiment:
     """The result of one experiment.
 
     ``content`` : its JSON; ``first_jump`` : columns of the first jump on a force plate by every model,
-    None if none was measured.
+    None if none was measured. ``motor_row`` : header -> cell of a measured motor's catalogue row, None if none is
+    asked.
     """
 
     kind: str
     content: Mapping[str, Any]
     first_jump: Mapping[str, Array] | None = None
+    motor_row: Mapping[str, list[str | float]] | None = None
 
     @property
     def file_name(self) -> str:
@@ -51,7 +54,7 @@ def hopper_experiment(path: str | Path) -> HopperExperiment:
     """
     kind, given = files.kind_of(path), read_experiment(path)
     if isinstance(given, files.MotorRuns):
-        return HopperExperiment(kind, _motor(given))
+        return _motor(given)
     if isinstance(given, files.PullUps):
         content = write.head(kind, given.name, given.inputs) | write.damping_json(identify_damping(given))
         return HopperExperiment(kind, content)
@@ -67,7 +70,10 @@ def read_experiment(path: str | Path) -> files.MotorRuns | files.PullUps | files
     """
     kind = files.kind_of(path)
     if kind == "hopper-motor":
-        return files.read_motor_runs(path)
+        runs = files.read_motor_runs(path)
+        if runs.motor is not None:
+            Catalogue.load().find_motor(runs.motor)
+        return runs
     if kind == "hopper-pull-ups":
         return files.read_pull_ups(path)
     jumps = files.read_plate_jumps(path)
@@ -75,15 +81,24 @@ def read_experiment(path: str | Path) -> files.MotorRuns | files.PullUps | files
     return jumps
 
 
-def _motor(runs: files.MotorRuns) -> dict[str, Any]:
-    """Motor constants from run-ups, and from stall and free-speed tests."""
-    found = write.head("hopper-motor", runs.name, runs.inputs)
-    if runs.runs:
-        found |= write.motor_json(identify_motor(runs.runs, runs.ratio))
-    if runs.stall or runs.free:
-        steady = steady_motor(runs.stall, runs.free, runs.ratio, with_runs=bool(runs.runs))
-        found |= write.steady_json(steady)
-    return found
+def _motor(runs: files.MotorRuns) -> HopperExperiment:
+    """Motor constants from run-ups, and from stall and free-speed tests; a catalogue row of them, if it is named."""
+    content = write.head("hopper-motor", runs.name, runs.inputs)
+    found = identify_motor(runs.runs, runs.ratio) if runs.runs else None
+    steady = steady_motor(runs.stall, runs.free, runs.ratio, with_runs=bool(runs.runs)) if _has_tests(runs) else None
+    if found is not None:
+        content |= write.motor_json(found)
+    if steady is not None:
+        content |= write.steady_json(steady)
+    if runs.motor is None:
+        return HopperExperiment("hopper-motor", content)
+    row = measured_row(Catalogue.load().find_motor(runs.motor), runs.ratio, found, steady)
+    content["design"] = row.lines
+    return HopperExperiment("hopper-motor", content, motor_row=row.columns)
+
+
+def _has_tests(runs: files.MotorRuns) -> bool:
+    return bool(runs.stall or runs.free)
 
 
 def _jumps(jumps: files.PlateJumps) -> HopperExperiment:

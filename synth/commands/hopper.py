@@ -148,6 +148,8 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
         found = hopper_experiment(arguments.file)
         if found.first_jump is not None:
             write_csv(folder / "first_jump.csv", found.first_jump)
+        if found.motor_row is not None:
+            write_csv(folder / "motor.csv", found.motor_row)
         write_json(place(folder, found.file_name), dict(found.content))
     tell(progress, Path(arguments.out) / found.file_name, lambda _: "\n".join(found.lines()), notes=())
     progress.say(f"result: {Path(arguments.out) / found.file_name}")

@@ -46,7 +46,10 @@ class HopperRecording:
 
 @dataclass(frozen=True, eq=False)
 class MotorRuns:
-    """Experiment B: run-ups of one gear motor, and steady points with its shaft held (``stall``) and ``free``."""
+    """Experiment B: run-ups of one gear motor, and steady points with its shaft held (``stall``) and ``free``.
+
+    ``motor`` : its part in the catalogue, if it is written.
+    """
 
     name: str
     ratio: float
@@ -54,6 +57,7 @@ class MotorRuns:
     inputs: tuple[InputFile, ...]
     stall: tuple[HopperRecording, ...] = ()
     free: tuple[HopperRecording, ...] = ()
+    motor: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,7 @@ class _MotorFile:
     runs: Files | None = None
     stall: Files | None = None
     free_speed: Files | None = None
+    motor: str | None = None
     name: Title | None = None
 
 
@@ -153,7 +158,7 @@ def read_motor_runs(path: str | Path) -> MotorRuns:
     reader.finish()
     assert file is not None
     name = file.name or reader.stem
-    return MotorRuns(name, file.gear_ratio, tuple(runs), tuple(reader.inputs), tuple(stall), tuple(free))
+    return MotorRuns(name, file.gear_ratio, tuple(runs), tuple(reader.inputs), tuple(stall), tuple(free), file.motor)
 
 
 def read_pull_ups(path: str | Path) -> PullUps:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -174,6 +175,7 @@ def inductance_of(fit: ResponseFit, best: ResponsePoint) -> tuple[float, float, 
 
     at, kept = float(best.unknowns[INDUCTANCE]), [best]
 
+    @cache  # a repeated fit begins at its own end and gets a little lower: a bracket would lose its signs
     def beyond(unknown: float) -> float:
         """Standard deviations from the best fit to that with this inductance, less those of the interval's end."""
         near = min(kept, key=lambda point: abs(float(point.unknowns[INDUCTANCE]) - unknown))

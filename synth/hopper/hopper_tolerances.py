@@ -2,7 +2,7 @@
 
 The interval is the nominal clearance minus and plus the root of the sum of squared changes, with each quantity's worse
 (better) end below (above): first order, but with the curvature that makes the two sides differ. A maker's
-"plus or minus 20 %" is taken as uniform, whose 90 % ends are at 0.9 of it.
+"plus or minus 20 %" is taken as uniform, whose 90 % ends are at 0.9 of it, see ``half_width``.
 """
 
 from __future__ import annotations
@@ -33,6 +33,11 @@ QUANTITIES = (
 )
 
 
+def half_width(limit: float) -> float:
+    """90 % half width of a quantity whose maker promises it within plus or minus ``limit``, in the same unit."""
+    return UNIFORM * limit
+
+
 def copies(leg: HopperLeg, motor: Motor, tolerances: HopperTolerances) -> list[tuple[HopperLeg, Motor]]:
     """The design and its fourteen copies, lower end before upper, in the order of ``QUANTITIES``."""
     t = tolerances
@@ -42,9 +47,9 @@ def copies(leg: HopperLeg, motor: Motor, tolerances: HopperTolerances) -> list[t
         lower = None if leg.crouch_lower is None else leg.crouch_lower + sign * t.crouch
         mass = leg.structure_mass + sign * t.mass * (leg.structure_mass + 2 * motor.mass)
         found += [
-            (leg, with_speed(motor, 1.0 + sign * UNIFORM * t.speed)),
+            (leg, with_speed(motor, 1.0 + sign * t.speed)),
             (leg, with_torque(motor, 1.0 + sign * t.torque)),
-            (leg, with_loss(motor, 1.0 + sign * UNIFORM * t.current)),
+            (leg, with_loss(motor, 1.0 + sign * t.current)),
             (leg, replace(motor, rotor_inertia=motor.rotor_inertia * (1.0 + t.rotor_inertia) ** sign)),
             (replace(leg, structure_mass=mass), motor),
             (replace(leg, flexures=flexures), motor),

@@ -24,7 +24,7 @@ from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.fit_motor_response import ResponseFit, ResponsePoint, ResponseRun, fit_response, inductance_of
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
-from synth.hopper.quiet_voltage import pieces, quiet_voltage
+from synth.hopper.quiet_voltage import driven_pieces
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running benefits from long ones
@@ -91,8 +91,9 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
     """Constants from the simulated response, from a start near them."""
     responses = []
     for run in runs:
-        measured, voltage = np.column_stack([run["current"], ratio * run["speed"]]), quiet_voltage(run["voltage"])
-        responses += [ResponseRun(run["time"][k], voltage[k], measured[k]) for k in pieces(voltage)]
+        measured = np.column_stack([run["current"], ratio * run["speed"]])
+        driven = driven_pieces(run["voltage"])
+        responses += [ResponseRun(run["time"][piece], voltage, measured[piece]) for piece, voltage in driven]
     fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
     values = fit.constants(best.unknowns[:, None])[:, 0]
     deviations = standard_deviations(fit, best)

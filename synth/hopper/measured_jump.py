@@ -3,8 +3,8 @@
 Takeoff is when the ground force, once it has risen over the weight, first falls to the plate's zero and stays there;
 takeoff speed by impulse, v = integral (N - m g) dt / m; rise of the centre of mass over the crouch, its path in the
 push by integrating that speed, plus v^2 / (2 g), with what force is left below the plate's noise. If the landing is
-recorded, the flight time t gives v^2 / (2 g) once more, as t^2 g / 8: the rise after takeoff, if the leg lands in the
-pose in which it took off.
+recorded, the flight time t gives v once more, from h_takeoff - h_landing = g t^2 / 2 - v t, with h the height of the
+centre of mass over the foot in the two recorded poses: a leg that lands straighter than it took off flies shorter.
 
 The integrals are sums of trapezoids. The push of a small leg lasts some 35 ms and begins with a peak of a few, which
 coarse samples miss. What that may amount to is estimated by leaving out every other sample (step doubling): of 1176
@@ -13,6 +13,7 @@ jumps by seven designs, sampled at 200 Hz to 5 kHz, the 90 % interval of the ris
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees
 
@@ -37,8 +38,9 @@ class MeasuredJump:
     """One recorded jump; ``takeoff_time`` s after the switch-on, ``peak_force`` N of the push.
 
     ``rise`` : of the centre of mass over the crouch, m. ``rise_after_takeoff`` : v^2 / (2 g), its part in the air, m;
-    ``flight_rise`` : the same from the flight time, None if it does not land within the recording. ``rise_reach`` :
-    half of the 90 % interval of ``rise``, from the plate's sampling and noise. ``samples`` : of the push.
+    ``flight_rise`` : the same from the flight time and the two poses, None if it does not land within the recording.
+    ``rise_reach`` : half of the 90 % interval of ``rise``, from the plate's sampling and noise. ``samples`` : of the
+    push.
     """
 
     name: str
@@ -128,13 +130,17 @@ def refuse_no_push(jump: HopperRecording, weight: float) -> None:
         raise UserError(Problem(f"{text}{peak:.3g} N)", jump.name, key="ground force"))
 
 
-def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
+def measure(
+    jump: HopperRecording, mass: float, gravity: float, height: Callable[[float], float] | None = None
+) -> MeasuredJump:
     """Takeoff, speed and rise of one recording that starts at rest in the crouch when the motors are switched on.
 
     Parameters
     ----------
     mass : kg, of the leg; it counts as exact.
     gravity : m/s^2.
+    height : of the centre of mass over the foot, m, at an upper link's angle, rad; None: as if it landed in the pose
+        of its takeoff.
 
     Raises
     ------
@@ -164,9 +170,18 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
     landed = np.flatnonzero(~quiet[takeoff:])
     flight = None
     if len(landed):
-        flight = float(time[takeoff + landed[0]] - time[takeoff]) ** 2 * gravity / 8.0
+        ends = [takeoff, takeoff + int(landed[0])]
+        poses = jump["upper link"][ends]
+        sunk = 0.0 if height is None else height(float(poses[0])) - height(float(poses[1]))
+        flight = _flight_rise(float(np.diff(time[ends])[0]), sunk, gravity)
     return MeasuredJump(jump.name, float(time[takeoff]), speed, rise, air, flight, float(force[push].max()),
                         float(jump["upper link"][0]), reach, takeoff)  # fmt: skip
+
+
+def _flight_rise(flown: float, sunk: float, gravity: float) -> float | None:
+    """v^2 / (2 g), m, of a flight of so many s that ends ``sunk`` m below its start over the foot; None if none."""
+    speed = 0.5 * gravity * flown - sunk / flown
+    return speed**2 / (2.0 * gravity) if speed > 0.0 else None
 
 
 def _speed_and_way(time: Array, acceleration: Array) -> tuple[float, float]:

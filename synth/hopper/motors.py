@@ -26,6 +26,7 @@ from synth.parts.rows import GearMotorRow
 # by mass^(5/3), as for similar bodies of equal density.
 ROTOR_INERTIA, ROTOR_MASS = 1.5e-8, 0.0095
 OTHER_CURRENTS = "currents are those of "  # begins the remark of a row whose maker states those of another ratio
+HARDLY_TURNING = 0.99  # of a voltage, the most that a no-load current takes of it at a tolerance's end
 ELECTRICAL_TIME = 0.25e-3  # s, of 1 mH at 4 ohm: an estimate
 
 
@@ -35,7 +36,7 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     Raises
     ------
     ValueError : the row is not complete.
-    UserError : the given resistance takes all the voltage at the no-load current.
+    UserError : the resistance takes all the voltage at the no-load current, or all the supply at its dry part.
     """
     options = options or MotorOptions()
     known = (row.gear_ratio, row.voltage, row.no_load_speed, row.stall_torque, row.stall_current, row.no_load_current,
@@ -49,10 +50,13 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     if free * resistance >= rated:
         text = f"{row.part}: with a resistance of {resistance:g} ohm its no-load current of {free:g} A takes all of its"
         raise UserError(f"{text} {rated:g} V; the resistance must be below {rated / free:g} ohm")
+    if share * free * resistance >= supply:
+        text = f"{row.part}: at {supply:g} V this motor does not turn: its no-load current alone takes"
+        raise UserError(f"{text} {share * free * resistance:g} V; the supply must be above that")
     back_emf = (rated - free * resistance) / (ratio * speed)
     constant = torque / (ratio * (stall - share * free))
     friction, viscous = back_emf * free * share, back_emf * free * (1.0 - share) / (speed * ratio)
-    no_load = (supply - friction / back_emf * resistance) / (back_emf + viscous / back_emf * resistance)
+    no_load = _free_speed(supply, resistance, back_emf, friction / back_emf, viscous / back_emf)
     stalled = supply / resistance
     inertia = options.rotor_inertia or row.rotor_inertia or ROTOR_INERTIA * (mass / ROTOR_MASS) ** (5 / 3)
     return Motor(
@@ -72,6 +76,7 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
         torque_constant=constant,
         resistance=resistance,
         torque_limit=row.torque_limit,
+        rated_voltage=rated,
     )
 
 
@@ -106,9 +111,16 @@ def chosen_rows(rows: Sequence[GearMotorRow], patterns: Sequence[str]) -> list[G
             raise UserError(f'"{pattern}" matches no gear motor; see synth catalog list gearmotors')
         complete = [row for row in matched if row.complete]
         if not complete:
-            raise UserError(f'"{pattern}" cannot be simulated: {matched[0].part} is {matched[0].status}')
+            raise UserError(f'"{pattern}" cannot be simulated: {_why_not(matched[0])}')
         found += [row for row in complete if row not in found]
     return found
+
+
+def _why_not(row: GearMotorRow) -> str:
+    """Why a row is not complete, in words that follow the pattern it matches."""
+    if row.state == "contradiction":
+        return f"the row of {row.part} contradicts itself: {'; '.join(row.reasons)}"
+    return f"{row.part} is {row.status}"
 
 
 def with_torque(motor: Motor, factor: float) -> Motor:
@@ -128,5 +140,32 @@ def with_speed(motor: Motor, factor: float) -> Motor:
 
 
 def with_loss(motor: Motor, factor: float) -> Motor:
-    """The motor with its no-load torque scaled, dry and viscous part alike: one no-load current shows both."""
-    return replace(motor, friction=motor.friction * factor, viscous=motor.viscous * factor)
+    """The motor with its no-load current scaled, at the maker's free speed, stall torque and stall current.
+
+    These give the constants of ``motor_of``: with a larger no-load current a smaller K_e and a larger K_t. A current at
+    which the motor would not turn is reduced to one at which it hardly turns.
+    """
+    rated, supply, resistance = motor.rated_voltage or motor.voltage, motor.voltage, motor.resistance
+    dry, rising = motor.friction / motor.back_emf_constant, motor.viscous / motor.back_emf_constant  # A, A s/rad
+    speed = _free_speed(rated, resistance, motor.back_emf_constant, dry, rising)
+    most = HARDLY_TURNING * min(rated, supply) / (resistance * (dry + rising * speed))
+    scale = min(factor, max(1.0, most))
+    new_dry, new_rising = scale * dry, scale * rising
+    back_emf = (rated - (new_dry + new_rising * speed) * resistance) / speed
+    constant = motor.torque_constant * (rated / resistance - dry) / (rated / resistance - new_dry)
+    no_load = _free_speed(supply, resistance, back_emf, new_dry, new_rising)
+    return replace(
+        motor,
+        stall_torque=constant * motor.gear_ratio * (supply / resistance - new_dry),
+        no_load_speed=no_load / motor.gear_ratio,
+        no_load_current=new_dry + new_rising * no_load,
+        friction=back_emf * new_dry,
+        viscous=back_emf * new_rising,
+        back_emf_constant=back_emf,
+        torque_constant=constant,
+    )
+
+
+def _free_speed(voltage: float, resistance: float, back_emf: float, dry: float, rising: float) -> float:
+    """The rotor's free speed, rad/s: of V = R i + K_e w with i = dry + rising w."""
+    return (voltage - dry * resistance) / (back_emf + rising * resistance)

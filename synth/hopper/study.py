@@ -15,7 +15,7 @@ from synth.errors import UserError
 from synth.files.hopper_project import HopperProject, model_problem, motor_problem
 from synth.files.hopper_sections import MOST_INTERVALS
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.hopper_tolerances import contributions, intervals, outcomes_of_copies, torque_interval
+from synth.hopper.hopper_tolerances import contributions, half_width, intervals, outcomes_of_copies, torque_interval
 from synth.hopper.motors import chosen_rows, motor_of
 from synth.hopper.sweep import OBJECTIVES, Sweep, SweepProblem, pareto_front, run_sweep
 from synth.jump.hopper_leg import HopperLeg, HopperTolerances, Motor, in_reach
@@ -234,9 +234,9 @@ def _has_lanes(problem: SweepProblem) -> bool:
 
 
 def _tolerances(project: HopperProject, row: GearMotorRow) -> HopperTolerances:
-    """Those that the project writes; else the maker's, where it states any; else the defaults."""
+    """Those that the project writes; else from the maker's limits, where it states any; else the defaults."""
     stated = {"speed": row.speed_tolerance, "current": row.current_tolerance}
-    taken = {key: value for key, value in stated.items() if value is not None}
+    taken = {key: half_width(limit) for key, limit in stated.items() if limit is not None}
     return replace(project.tolerances, **{k: v for k, v in taken.items() if k not in project.written_tolerances})
 
 

@@ -50,12 +50,15 @@ def _at_an_edge(found: Study, best: int) -> list[str]:
         return []
     place, first = best % n, best - best % n
     reached = np.flatnonzero(sweep.status[first : first + n] != OUT_OF_REACH)
-    texts = []
+    texts: list[str] = []
     for end, beyond, word, other in ((reached[0], -1, "shortest", "shorter"), (reached[-1], 1, "longest", "longer")):
         if place != end:
             continue
         if not 0 <= place + beyond < n:
-            texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
+            texts.append(Remark(
+                f"the chosen length is the {word} of the sweep: the optimum may lie beyond",
+                remedy=f"Widen `lengths` to compare {other} legs too.",
+            ))  # fmt: skip
             continue
         lower = np.degrees(lower_angles(found.project.leg, np.array([lengths[place], lengths[place + beyond]])))
         if lower[1] <= np.degrees(LOCKED):
@@ -96,9 +99,11 @@ def overvoltage_sentence(found: Study) -> str:
     if not rated:
         return ""
     of = f"{min(rated):g} V" if min(rated) == max(rated) else f"{min(rated):g} to {max(rated):g} V"
+    count = len(found.rows)
+    whose = f"{len(rated)} of the {count} motors" if count > 1 else found.rows[0].part
     return (
-        f"the supply of {supply:g} V is more than {MOST_VOLTAGE:g} times the rated voltage ({of}) of {len(rated)} of "
-        f"the {len(found.rows)} motors: winding, brushes and gear wear out fast"
+        f"the supply of {supply:g} V is more than {MOST_VOLTAGE:g} times the rated voltage ({of}) of {whose}: winding, "
+        "brushes and gear wear out fast"
     )
 
 
@@ -117,8 +122,11 @@ def unknown_limits(found: Study) -> list[str]:
     else:
         families = Counter(" ".join(word for word in found.rows[m].same_motor if word) for m in motors)
         names = ", ".join(name if count == 1 else f"{name} ({count} ratios)" for name, count in families.items())
-        whose = f"{len(motors)} of the {len(found.rows)} motors"
-        text = f"gearbox: stop cannot hold back {whose}, whose catalogue rows state no torque_limit: {names}"
+        count = len(found.rows)
+        whose = f"{len(motors)} of the {count} motors, whose catalogue rows state" if count > 1 else (
+            "the motor, whose catalogue row states"
+        )  # fmt: skip
+        text = f"gearbox: stop cannot hold back {whose} no torque_limit: {names}"
         text += f"; among them the chosen one: {own}" if chosen else ""
     remedy = (
         "Write the maker's permissible momentary torque as `torque_limit [N*m]` into a row of your own catalogue "

@@ -30,6 +30,7 @@ from synth.jump.outcomes import JumpOutcome, outcome_of
 from synth.parts.catalogs import Catalogue
 
 MODELS_HELD = ("A", "B", "D", "full")
+LARGEST = 0.99  # of the angle at which the lower links lock: there its height has no slope
 ODD = 0.3  # relative deviation of a refused jump from its repetitions: above a weak battery's effect
 
 
@@ -77,7 +78,12 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
     jumps = [jump for jump, _ in timed]
     for jump in jumps:
         refuse_other_crouch(jump, leg)
-    measured = [measure(jump, mass, leg.gravity) for jump in jumps]
+    bent = LARGEST * leg.largest_crouch  # beyond it an encoder's zero, see ``refuse_out_of_reach``
+
+    def height(angle: float) -> float:
+        return leg.centre_height(motor, min(angle, bent))
+
+    measured = [measure(jump, mass, leg.gravity, height) for jump in jumps]
     _refuse_odd_jump(measured)
     jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
     comparisons, curves = [], {}

@@ -124,7 +124,8 @@ def lines(result: dict[str, Any]) -> list[str]:
         steady = result.get("steady", {})
         shown += [_line(f"steady {name}", value) for name, value in steady.get("motor", {}).items()]
         left_open = [*result.get("not_determined", []), *steady.get("not_determined", [])]
-        return [*shown, *(f"not determined: {text}" for text in left_open)]
+        shown += [f"not determined: {text}" for text in left_open]
+        return [*shown, *(f"in a design: {text}" for text in result.get("design", []))]
     if "joint_damping" in result:
         each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]
         stopped = result["windows_at_stop"]

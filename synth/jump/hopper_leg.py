@@ -94,7 +94,7 @@ class Motor(GearedMotor):
 
     ``torque_constant`` gives the maker's stall torque through a lossless gear, ``back_emf_constant`` the maker's free
     speed: their ratio is the gear's efficiency at stall. ``friction`` N m of the rotor, constant in speed; ``viscous``
-    N m s/rad of the rotor.
+    N m s/rad of the rotor. ``rated_voltage`` V, of the maker's statement; None: ``voltage``.
     """
 
     name: str
@@ -108,6 +108,7 @@ class Motor(GearedMotor):
     viscous: float
     back_emf_constant: float
     torque_limit: float | None = None
+    rated_voltage: float | None = None
 
 
 @dataclass(frozen=True)
@@ -196,6 +197,18 @@ class HopperLeg:
     def height(self, upper: float) -> float:
         """Hips above the foot with rigid links, m."""
         return self.length * cos(upper) + self.lower_length * cos(self.lower_angle(upper))
+
+    def centre_height(self, motor: Motor, upper: float) -> float:
+        """Centre of mass above the foot with rigid links, m; body and motors are at the hips.
+
+        Raises
+        ------
+        ValueError : the lower links cannot reach.
+        """
+        hips, knees = self.height(upper), self.lower_length * cos(self.lower_angle(upper))
+        above, below = self.link_mass
+        body = self.structure_mass + 2 * motor.mass
+        return (body * hips + above * (hips + knees) + below * knees) / self.total_mass(motor)
 
     def leverage(self, upper: float) -> float:
         """Rise of the hips per radian of both upper links, m/rad: l (sin a + cos a tan b)."""

@@ -15,7 +15,7 @@ from math import cos, degrees, radians, sin
 import numpy as np
 
 from synth.arrays import Array
-from synth.hopper.hopper_tolerances import contributions, intervals, outcomes_of_copies
+from synth.hopper.hopper_tolerances import contributions, half_width, intervals, outcomes_of_copies
 from synth.jump.hopper_leg import LOCKED, Contact, Flexures, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import MODELS, lanes
 from synth.jump.jump_runs import compiled_jump
@@ -45,7 +45,7 @@ ROTOR_DENSITY, ROTOR_LENGTH = 8000.0, 0.008  # kg/m^3 of iron and copper; m, hal
 # N m of one gear at any instant: these gears' ``torque_limit`` in gearmotors.csv, the maker's 2.0 kgf cm. A motor that
 # stalls at 7.4 V gives 2.9 times that through a lossless gear, so the study's legs exceed it; blows go far beyond.
 GEAR_LIMIT, MOST_OVER = 0.196, 3.0
-TOLERANCES = HopperTolerances()
+TOLERANCES = HopperTolerances(speed=half_width(0.2), current=half_width(0.5))  # the maker's limits of such motors
 # What the built leg and its motor give when measured: a run-up of the motor (``hopper-motor``: constants within 2 %,
 # rotor inertia within 5 %), a pull-up (joint damping within 10 %), scales (1 %), an angle read to 1 deg.
 MEASURED_TOLERANCES = HopperTolerances(

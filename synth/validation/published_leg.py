@@ -20,7 +20,7 @@ import numpy as np
 
 import synth
 from synth.arrays import Array
-from synth.hopper.hopper_tolerances import intervals, outcomes_of_copies
+from synth.hopper.hopper_tolerances import half_width, intervals, outcomes_of_copies
 from synth.hopper.motors import chosen_rows, motor_of
 from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, MotorOptions, in_reach
 from synth.jump.jump_models import MODELS, lanes
@@ -107,7 +107,7 @@ def matched_pose(motor: Motor, target: float = PREDICTED) -> HopperLeg:
 
 def prediction(leg: HopperLeg, motor: Motor, model: str) -> dict[str, tuple[float, float, float]]:
     """Nominal, low and high (m) of each measure of the built design, from the tolerances."""
-    tolerances = HopperTolerances(speed=0.2, current=0.5)
+    tolerances = HopperTolerances(speed=half_width(0.2), current=half_width(0.5))
     found = next(outcomes_of_copies(leg, motor, Contact(), MODELS[model], tolerances, np.array([BUILT_LENGTH])))
     shown = {}
     for name, row in MEASURES.items():

@@ -6,6 +6,7 @@ import csv
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,10 +15,11 @@ from hopper.hoppers import catalogue
 from synth.files.hopper_project import read_hopper_project
 from synth.hopper import study as studying
 from synth.hopper.hopper_tolerances import QUANTITIES, outcomes_of_copies
-from synth.hopper.study import Study
-from synth.hopper.study_warnings import warnings_of
+from synth.hopper.study import Study, sweep_problem
+from synth.hopper.study_warnings import overvoltage_sentence, warnings_of
 from synth.hopper.write_study import hopper_json, write_designs
 from synth.jump.outcomes import PEAK_GEAR_TORQUE
+from synth.remarks import Remark
 
 PROJECT = """\
 kind: hopper-design
@@ -62,6 +64,18 @@ def test_a_choice_at_the_edge_of_reach_or_sweep_is_named(
     told = [text for text in warnings_of(study) if "the chosen length is" in text]
     assert len(told) == bool(words)
     assert all(text.startswith(f"the chosen length is {words}") for text in told)
+    assert all(isinstance(text, Remark) and "legs too" in text.remedy for text in told)
+
+
+def test_a_supply_far_above_the_rated_one_of_a_single_motor_names_it(tmp_path: Path) -> None:
+    """It was "of 1 of the 1 motors"."""
+    text = PROJECT.format(least=60, most=62, gearbox="warn", motor="HP 6V 150:1")
+    (tmp_path / "a.yaml").write_text(text.replace("motors: {", "motors: {supply: 24 V, "))
+    project = read_hopper_project(tmp_path / "a.yaml")
+    problem, rows = sweep_problem(project, catalogue())
+    assert len(problem.motors) == 1
+    said = overvoltage_sentence(SimpleNamespace(project=project, rows=rows))  # type: ignore[arg-type]
+    assert "times the rated voltage (6 V) of N20 HP 6V 150:1: winding" in said
 
 
 @pytest.mark.parametrize("gearbox", ["stop", "warn"])

@@ -216,7 +216,8 @@ OWN_EXAMPLES = {
     "part_wish.without": f"[{DAMPER}]", "drive.motor": "{torque_constant: 0.02 N*m/A, resistance: 2 ohm}",
     "hopper.leg": "{hip_spacing: 30 mm, structure_mass: 17.9 g}", "command_limits.lowest": "60 deg",
     "command_limits.highest": "150 deg", "plate_jumps.jumps": "[jumps/*.csv]", "plate_jumps.currents": "[meter/*.csv]",
-    "hopper_leg.crouch_lower": "50 deg", "run_ups.stall": "[stall.csv]", "run_ups.free_speed": "[free_speed.csv]",
+    "hopper_leg.crouch_lower": "50 deg", "run_ups.motor": '"N20 HP 6V 150:1"',
+    "run_ups.stall": "[stall.csv]", "run_ups.free_speed": "[free_speed.csv]",
     "input_column.unit": "",  # of a voltage, a current, a torque ...: the examples of these keys have theirs
 }  # fmt: skip
 EXAMPLES = {
