@@ -6,6 +6,7 @@ from typing import Any
 
 from synth.design.choose_springs import SpringOption
 from synth.design.spring_hands import hands_of, is_pair
+from synth.design.wound_warnings import nearest_as_made
 from synth.parts.rows import TorsionSpringRow
 from synth.units import quantity
 
@@ -19,7 +20,7 @@ def spring_entry(option: SpringOption) -> dict[str, Any]:
     written: dict[str, Any] = {"make": option.design.as_json(), "hands": hands}
     if option.result is not None:
         written["binding"] = list(option.result.binding)
-        written["nearest"] = [item.as_json() for item in option.result.nearest]
+        written["nearest"] = [item.as_json() for item in nearest_as_made(option.result, option.design)]
         written["lasting"] = [item.as_json() for item in option.result.lasting]
         written["notes"] = list(option.result.notes)
     return written
