@@ -91,7 +91,7 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
     for name, joint in joints.items():
         spring, damper = joint["spring"], joint["damper"]
         rows.append([name, "spring", _spring_words(spring, shown), spring.get("vendor") or "to wind", "", ""])
-        wanted = (joint["refit"].get("spring_rate") or joint["wanted"]["spring_rate"])["value"]
+        wanted = spring["wanted_rate"]["value"]
         rows += _substitute_lines([item for item in joint["spring_alternatives"] if is_near_enough(item, wanted)])
         rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
         rows += _substitute_lines(joint["damper_alternatives"])

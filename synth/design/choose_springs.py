@@ -20,6 +20,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
 from synth.parts.part_candidates import (
     ANY,
+    Candidates,
     count_reasons,
     mirror_of,
     no_spring,
@@ -48,11 +49,12 @@ ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; 
 class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
-    ``rate`` (N m/rad) is that of all ``count`` parallel springs at the joint; ``asked`` is the rate for which the
-    spring was searched. ``error``, ``expected`` (rad): response error of the whole leg with it, nominal and with
-    tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
-    comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
-    number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
+    ``rate`` (N m/rad) is that of all ``count`` parallel springs at the joint; ``asked`` is the wanted rate, for which
+    the spring was searched: a bought one's rate as sold is within the tolerance of it. ``error``, ``expected`` (rad):
+    response error of the whole leg with it, nominal and with tolerances. ``outside``: the rate is outside the requested
+    tolerance. ``compared``: the spring is listed for comparison only, because bought springs have priority over springs
+    to wind, and a spring requested by its part number has priority over all others. ``closes``: -1 if smaller measured
+    angles close its arms, +1 if larger ones do.
     ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``unchecked``: why it is not known where
     it yields; ``loose``: how to measure one of it, once
@@ -96,6 +98,11 @@ class SpringOption:
         assert self.design is not None
         number = f"{self.design.count} x " if self.design.count > 1 else ""
         return f"{number}wind {self.design.wire_diameter * 1e3:.4g} mm {self.design.material}"
+
+    @property
+    def as_sold(self) -> float:
+        """Rate (N m/rad) of all springs of the joint, of bought ones as their vendor states it, without arms."""
+        return self.rate if self.row is None or self.row.rate is None else self.row.rate * self.count
 
     @property
     def number(self) -> int:
@@ -164,9 +171,29 @@ def spring_options(
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
     if choice.make:
         return [spring_to_wind(source, rate, lasting=lasting)[0]], {}, []
-    found = spring_candidates(catalogue, choice, rate, source.parts)
     if choice.part is not None:
-        return [_bought(row, source, choice.parallel, rate) for row in found.rows], found.left_out, []
+        named = spring_candidates(catalogue, choice, rate, source.parts)
+        return [_bought(row, source, choice.parallel, rate) for row in named.rows], named.left_out, []
+    found, borne = _bought_for(source, rate)
+    if borne.holding:
+        return borne.holding, found.left_out, []
+    if choice.make is False:
+        if borne.passing:
+            return borne.passing, found.left_out, []
+        raise no_spring(joint, found, catalogue.springs)
+    try:
+        option, _ = spring_to_wind(source, rate, lasting=lasting)
+    except CannotBeHad:
+        if borne.passing:
+            return borne.passing, found.left_out, []
+        raise
+    return [option], found.left_out, [_none_bought(joint, found, borne)]
+
+
+def _bought_for(source: SpringSource, rate: float) -> tuple[Candidates[TorsionSpringRow], _BoughtBorne]:
+    """The bought springs of a rate (N m/rad), with every reason against others, and which of them bear the travel."""
+    choice, catalogue = source.choice, source.catalogue
+    found = spring_candidates(catalogue, choice, rate, source.parts)
     rows = [(row, 1) for row in found.rows]
     for count in range(2, choice.parallel + 1):
         rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
@@ -175,21 +202,33 @@ def spring_options(
     reasons = {**found.left_out, **borne.left_out}
     if borne.more:
         reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST_CANDIDATES} others"] = borne.more
-    if borne.holding:
-        return borne.holding, reasons, []
-    if choice.make is False:
-        if borne.passing:
-            return borne.passing, reasons, []
-        raise no_spring(joint, replace(found, left_out=reasons), catalogue.springs)
+    return replace(found, left_out=reasons), borne
+
+
+def _none_bought(joint: str, found: Candidates[TorsionSpringRow], borne: _BoughtBorne) -> str:
     of_these = f"; with this rate, {count_reasons(borne.left_out)}" if borne.left_out else ""
-    text = f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
-    try:
-        option, _ = spring_to_wind(source, rate, lasting=lasting)
-    except CannotBeHad:
-        if borne.passing:
-            return borne.passing, reasons, []
-        raise
-    return [option], reasons, [noted(text)]
+    return noted(
+        f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
+    )
+
+
+def remarks_on_bought(source: SpringSource, option: SpringOption) -> tuple[Mapping[str, int], list[str]]:
+    """The bought springs excluded by reason, and why none is taken, both for the rate wanted of the chosen spring."""
+    if source.choice.make:
+        return {}, []
+    if source.choice.part is not None:
+        return spring_options(source, option.asked)[1], []
+    found, borne = _bought_for(source, option.asked)
+    if option.row is not None:
+        return found.left_out, []
+    if not borne.holding:
+        return found.left_out, [_none_bought(source.joint, found, borne)]
+    names = ", ".join(each.label for each in borne.holding[:2])
+    text = (
+        f"{source.joint}: what can be bought near the rate that suits the whole leg best, {option.asked:.4g} N*m/rad "
+        f"({names}), leaves a larger expected error than one to wind"
+    )
+    return found.left_out, [noted(text)]
 
 
 @dataclass(frozen=True)

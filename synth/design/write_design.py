@@ -234,6 +234,7 @@ def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]
         "count": option.number,
         "rate": quantity(option.rate, "N*m/rad"),
         "rate_inch": quantity(option.rate, "lbf*in/deg"),
+        "rate_as_sold": quantity(option.as_sold, "N*m/rad"),
         "within_tolerance": not option.outside,
         "response_error": quantity(option.error, "deg"),
         "cost": quantity(option.error - chosen.error, "deg"),
