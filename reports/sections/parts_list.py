@@ -51,7 +51,7 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
 
 
 def _by_cost(alternatives: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The substitutes by the cost that is shown; the result has them by their expected error."""
+    """The substitutes by the cost that is shown, that of their expected error."""
     return sorted(alternatives, key=lambda item: value_of(item.get("cost")) or 0.0)
 
 

@@ -27,7 +27,8 @@ _ALTERNATIVE = {
     "vendor": "Who sells it.",
     "source": "Source of its data.",
     "count": "Number in parallel.",
-    "cost": "Cost by which this joint's parts are ranked.",
+    "cost": "Cost by which this joint's parts are ranked: expected error minus that of the chosen set.",
+    "nominal_cost": "Response error minus that of the chosen set.",
     "response_error": "RMS error of the leg with this part and otherwise the chosen ones.",
     "expected_error": "Mean RMS error over its tolerances.",
 }
@@ -155,7 +156,8 @@ DESIGN = {
     "response.alternatives[].parts.NAME.spring": "Its spring.",
     "response.alternatives[].parts.NAME.damper": "Its damper.",
     "response.alternatives[].rms": "RMS error with parts as stated.",
-    "response.alternatives[].cost": "Cost by which sets of parts are ranked.",
+    "response.alternatives[].cost": "Cost by which sets of parts are ranked: expected error with measured free angles, "
+    "minus that of the chosen set.",
     "response.fit_uncertainty.legs_drawn": "Number of legs sampled from the fit's uncertainty.",
     "response.fit_uncertainty.wanted_motion_moves_by": "RMS change of the wanted motion over these legs.",
     "response.fit_uncertainty.chosen": "RMS error of the chosen set over these legs.",
