@@ -11,10 +11,11 @@ from markupsafe import Markup
 from synth.reports.forecast_condition import assumed_laws_words
 from synth.reports.opening import Cell, Figures, Opening, joined_names
 from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps
-from synth.reports.quantities import brief, interval_text, percent, share_text, text
+from synth.reports.quantities import brief, interval_text, share_text, text
 from synth.reports.reading import Json, Result, png_uri, value_of
 from synth.reports.section import mapping, sequence
 from synth.reports.sections import live_leg, pictures
+from synth.reports.wanted_rate import off_wanted, wanted_rate
 
 CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg counts as certain, or as unlikely
 
@@ -115,7 +116,7 @@ def _figures(document: Json) -> Figures | None:
     rows = [_row(name, mapping(joint), errors.get(name)) for name, joint in joints.items()]
     heads = ("Joint", "Spring", "Damper", "Free angle, built", "From wanted, RMS")
     words = (
-        "Spring rate in the joint; per cent: of a bought one from the rate fitted with the chosen damper. "
+        "Spring rate in the joint; per cent: of a bought one, as sold, from the wanted rate. "
         if any(mapping(joint, "spring").get("part") for joint in joints.values())
         else "Spring rate in the joint. "
     )
@@ -130,13 +131,11 @@ def _row(name: str, joint: Json, error: object) -> list[Cell]:
     make = mapping(spring, "make")
     count = make.get("count") or spring.get("count") or 1
     rate = make.get("rate") or spring.get("rate")
-    wanted = mapping(joint, "refit").get("spring_rate") or mapping(joint, "wanted").get("spring_rate")
+    wanted = wanted_rate(joint)
     what = str(spring.get("part") or (f"wind, {text(make.get('wire_diameter'))} wire" if make else "none"))
     if isinstance(count, int) and count > 1:
         what = f"{count} × {what}"
-    each = value_of(rate)
-    together = None if each is None else each * (count if isinstance(count, int) else 1)
-    off = "" if make else percent(together, value_of(wanted))
+    off = "" if make else off_wanted(spring, wanted)
     return [
         Cell(name),
         Cell(what, ", ".join(words for words in (text(rate), off) if words) if rate else ""),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from synth.reports.quantities import percent
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.wanted_rate import off_wanted, wanted_rate
 
 ALTERNATIVES_SHOWN = 8  # alternatives of each part
 OFFERED_RATE = 4.0  # largest ratio to the wanted rate; a spring farther off makes another leg
@@ -28,11 +28,11 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 
 def _joint(name: str, joint: Mapping[str, Any]) -> Json:
     spring = mapping(joint, "spring")
-    wanted = mapping(joint, "refit").get("spring_rate") or mapping(joint, "wanted").get("spring_rate")
+    wanted = wanted_rate(joint)
     alternatives = [dict(item) for item in sequence(joint, "spring_alternatives") if isinstance(item, Mapping)]
     alternatives = [item for item in alternatives if is_near(item, wanted)]
     for item in alternatives:
-        item["off"] = percent(value_of(item.get("rate")), value_of(wanted))
+        item["off"] = off_wanted(item, wanted)
     made = mapping(spring, "make")
     return {
         "name": name,
@@ -41,7 +41,7 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
         "no_spring": not made and any(key in spring for key in ("make", "binding", "nearest")),
         "wanted": mapping(joint, "wanted"),
         "wanted_rate": wanted,
-        "off": percent(value_of(spring.get("rate")), value_of(wanted)),
+        "off": off_wanted(spring, wanted),
         "damper": mapping(joint, "damper"),
         "arm_offset": joint.get("arm_offset"),
         "springs": _by_cost(alternatives),
@@ -51,7 +51,7 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
 
 
 def _by_cost(alternatives: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The substitutes by the cost that is shown; the result has them by their expected error."""
+    """The substitutes by the cost that is shown, that of their expected error."""
     return sorted(alternatives, key=lambda item: value_of(item.get("cost")) or 0.0)
 
 

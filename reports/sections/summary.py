@@ -7,6 +7,7 @@ from typing import Any
 from synth.reports.quantities import percent
 from synth.reports.reading import Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping
+from synth.reports.wanted_rate import off_wanted, wanted_rate
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -19,10 +20,11 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     for name, joint in joints.items():
         wanted, spring = mapping(joint, "wanted"), mapping(joint, "spring")
         refit, make = mapping(joint, "refit"), mapping(spring, "make")
-        target = refit.get("spring_rate") or wanted.get("spring_rate")
+        target = wanted_rate(joint)
         rate = make.get("rate") or spring.get("rate")
         count = make.get("count") or 1
-        value = value_of(rate)
+        each = value_of(rate)
+        together = None if each is None else each * count
         rows.append(
             {
                 "name": name,
@@ -33,7 +35,8 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
                 "none": not spring.get("part") and not make,
                 "rate": rate,
                 "count": count,
-                "off": percent(None if value is None else value * count, value_of(target)),
+                "off": percent(together, value_of(target)) if make else off_wanted(spring, target),
+                "target": target,
                 "damper": {**mapping(joint, "damper"), "words": mapping(joint, "damper").get("arrangement")},
                 "arm_offset": joint.get("arm_offset"),
                 "rms": mapping(response, "joints").get(name),

@@ -87,13 +87,13 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
     """Chosen parts, the forecast response with their tolerances, and substitutes with their cost."""
     response, joints = design["response"], design["joints"]
     forecast, measured = response["forecast"], response["forecast_free_angles_measured"]
-    rows = [["joint", "", "part", "vendor", "response", "cost"]]
+    rows = [["joint", "", "part", "vendor", "nominal", "expected", "cost"]]
     for name, joint in joints.items():
         spring, damper = joint["spring"], joint["damper"]
-        rows.append([name, "spring", _spring_words(spring, shown), spring.get("vendor") or "to wind", "", ""])
-        wanted = (joint["refit"].get("spring_rate") or joint["wanted"]["spring_rate"])["value"]
+        rows.append([name, "spring", _spring_words(spring, shown), spring.get("vendor") or "to wind", "", "", ""])
+        wanted = spring["wanted_rate"]["value"]
         rows += _substitute_lines([item for item in joint["spring_alternatives"] if is_near_enough(item, wanted)])
-        rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
+        rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", "", ""])
         rows += _substitute_lines(joint["damper_alternatives"])
     low, high = forecast["expected"]["interval90"]
     known = response["free_angles_measured"]
@@ -132,7 +132,7 @@ def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:
 
 
 def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The substitutes with the least effect on the response, one per line, the least first."""
+    """The substitutes with the least expected error of the whole leg, one per line, the least first."""
     return [
         [
             "",
@@ -140,6 +140,7 @@ def _substitute_lines(alternatives: Sequence[Mapping[str, Any]]) -> list[list[st
             item["part"],
             item["vendor"] or "to wind",
             f"{item['response_error']['value']:.2f} deg",
+            f"{item['expected_error']['value']:.2f} deg",
             f"{round(item['cost']['value'], 2) + 0.0:+.2f} deg",
         ]
         for item in sorted(alternatives, key=lambda item: float(item["cost"]["value"]))[:SUBSTITUTES_SHOWN]

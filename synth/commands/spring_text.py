@@ -97,14 +97,22 @@ def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str], shown: S
 
 
 def in_one_line(spring: SpringDesign, shown: ShownUnits) -> str:
-    """The spring in words: dimensions, rate and stress."""
+    """The spring in words: dimensions, rate, stress, and how it lasts."""
     count = f"{spring.count} springs, each " if spring.count > 1 else ""
     wire, mean = shown.text(spring.wire_diameter, "m"), shown.text(spring.mean_diameter, "m")
     return (
         f"{count}{spring.body_coils:.4g} coils of {wire} {spring.material}, mean diameter {mean}: "
         f"{shown.text(spring.rate, 'N*m/rad')} over {math.degrees(spring.travel):.4g} deg, "
-        f"at {spring.use:.0%} of the allowed stress"
+        f"at {spring.use:.0%} of the allowed stress{_how_it_lasts(spring)}"
     )
+
+
+def _how_it_lasts(spring: SpringDesign) -> str:
+    """What the allowed stress, a limit against yield, does not tell: strength against fatigue. Empty if unknown."""
+    if spring.life is None:
+        return ""
+    each = f"{_life(spring, 'factor_1e5')} for 1e5 full turns, {_life(spring, 'factor_1e6')} for 1e6"
+    return f", and against fatigue strength over stress {each}"
 
 
 def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:

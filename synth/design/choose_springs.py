@@ -6,20 +6,21 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import degrees, inf, log, radians
-from typing import Any
-
-import numpy as np
+from math import inf, log, radians
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH
 from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening_by_arms
 from synth.design.drawable_springs import STOP_ROOM, arbor_of, reasons_not_drawn
+from synth.design.wanted_travel import WantedTravel as WantedTravel
+from synth.design.wanted_travel import travels as travels
+from synth.design.wound_warnings import nearest_taken, wound_warnings
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
 from synth.parts.part_candidates import (
     ANY,
+    Candidates,
     count_reasons,
     mirror_of,
     no_spring,
@@ -28,12 +29,12 @@ from synth.parts.part_candidates import (
     spring_reason,
 )
 from synth.parts.rows import TorsionSpringRow
-from synth.remarks import about, decisive, noted
+from synth.remarks import noted
 from synth.spring.bought_spring import PassedLimit, check_bought, opened_too_far, passed_limits, unknown_yield
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
-from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
+from synth.spring.spring_result import SpringDesign
 from synth.spring.spring_search import lasts
 from synth.spring.spring_task import SpringLimits
 from synth.swing.leg_model import Leg
@@ -45,32 +46,15 @@ ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; 
 
 
 @dataclass(frozen=True)
-class WantedTravel:
-    """Travel of a joint's spring from its free angle, rad: that which winds it, and that which opens it.
-
-    ``turned_round``: larger measured angles close its arms; in a joint drawn as the thesis' smaller ones do.
-    """
-
-    winding: float
-    opening: float
-    turned_round: bool = False
-
-    @classmethod
-    def of_sides(cls, below: float, above: float) -> WantedTravel:
-        """The travel (rad) at smaller and at larger angles: turned round if it is mainly towards larger ones."""
-        turned = above >= 2.0 * below and above >= radians(2.0)
-        return cls(above, below, turned_round=True) if turned else cls(below, above)
-
-
-@dataclass(frozen=True)
 class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
-    ``rate`` (N m/rad) is that of all ``count`` parallel springs at the joint; ``asked`` is the rate for which the
-    spring was searched. ``error``, ``expected`` (rad): response error of the whole leg with it, nominal and with
-    tolerances. ``outside``: the rate is outside the requested tolerance. ``compared``: the spring is listed for
-    comparison only, because bought springs have priority over springs to wind, and a spring requested by its part
-    number has priority over all others. ``closes``: -1 if smaller measured angles close its arms, +1 if larger ones do.
+    ``rate`` (N m/rad) is that of all ``count`` parallel springs at the joint; ``asked`` is the wanted rate, for which
+    the spring was searched: a bought one's rate as sold is within the tolerance of it. ``error``, ``expected`` (rad):
+    response error of the whole leg with it, nominal and with tolerances. ``outside``: the rate is outside the requested
+    tolerance. ``compared``: the spring is listed for comparison only, because bought springs have priority over springs
+    to wind, and a spring requested by its part number has priority over all others. ``closes``: -1 if smaller measured
+    angles close its arms, +1 if larger ones do.
     ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``unchecked``: why it is not known where
     it yields; ``loose``: how to measure one of it, once
@@ -116,6 +100,11 @@ class SpringOption:
         return f"{number}wind {self.design.wire_diameter * 1e3:.4g} mm {self.design.material}"
 
     @property
+    def as_sold(self) -> float:
+        """Rate (N m/rad) of all springs of the joint, of bought ones as their vendor states it, without arms."""
+        return self.rate if self.row is None or self.row.rate is None else self.row.rate * self.count
+
+    @property
     def number(self) -> int:
         """How many equal springs act in parallel, bought or wound."""
         return self.count if self.design is None else self.design.count
@@ -123,30 +112,22 @@ class SpringOption:
 
 @dataclass(frozen=True)
 class SpringChoiceMade:
-    """The chosen springs, their substitutes (best first), the excluded rows by reason, and warnings."""
+    """The chosen springs, their substitutes (best first), the excluded rows by reason, and notes on the choice.
+
+    ``leg``: with the chosen springs, in the order of its joints.
+    """
 
     chosen: tuple[SpringOption, ...]
     ranked: tuple[tuple[SpringOption, ...], ...]
     left_out: tuple[Mapping[str, int], ...]
     leg: Leg
-    warnings: tuple[tuple[str, ...], ...]
+    notes: tuple[tuple[str, ...], ...]
 
-
-def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTravel]:
-    """Each spring's travel from its free angle: over the joint's range if the leg states one, else over the motions.
-
-    ``motions`` : (m, n) rotations, rad.
-    """
-    found = []
-    for j, joint in enumerate(leg.joints):
-        assert joint.spring is not None
-        if joint.range is not None:
-            ends = [angle - joint.spring.free_angle for angle in joint.range]
-        else:
-            turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - joint.rest)
-            ends = [float(turned.min()), float(turned.max())]
-        found.append(WantedTravel.of_sides(abs(min(0.0, *ends)), abs(max(0.0, *ends))))
-    return found
+    @property
+    def warnings(self) -> tuple[tuple[str, ...], ...]:
+        """Of each joint the notes on the choice and what is told of its spring to wind, as that is now."""
+        each = zip(self.leg.joint_names, self.chosen, self.notes, strict=True)
+        return tuple((*notes, *warnings_of_wound(name, option)) for name, option, notes in each)
 
 
 @dataclass(frozen=True)
@@ -176,9 +157,9 @@ class SpringSource:
 def spring_options(
     source: SpringSource, rate: float, *, lasting: bool = True
 ) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
-    """The springs that a joint may have (bought, or one to wind), the excluded rows by reason, and warnings.
+    """The springs that a joint may have (bought, or one to wind), the excluded rows by reason, and notes on the choice.
 
-    ``lasting`` as in ``spring_to_wind``.
+    ``lasting`` as in ``spring_to_wind``. What is told of a spring to wind itself: ``warnings_of_wound``.
 
     Bought springs that yield or pass their vendor's limits in the joint's travel are excluded, unless one is named by
     its part number, or no other spring can be had: their ``passed`` is then not empty.
@@ -189,11 +170,30 @@ def spring_options(
     """
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
     if choice.make:
-        option, warnings = spring_to_wind(source, rate, lasting=lasting)
-        return [option], {}, warnings
-    found = spring_candidates(catalogue, choice, rate, source.parts)
+        return [spring_to_wind(source, rate, lasting=lasting)[0]], {}, []
     if choice.part is not None:
-        return [_bought(row, source, choice.parallel, rate) for row in found.rows], found.left_out, []
+        named = spring_candidates(catalogue, choice, rate, source.parts)
+        return [_bought(row, source, choice.parallel, rate) for row in named.rows], named.left_out, []
+    found, borne = _bought_for(source, rate)
+    if borne.holding:
+        return borne.holding, found.left_out, []
+    if choice.make is False:
+        if borne.passing:
+            return borne.passing, found.left_out, []
+        raise no_spring(joint, found, catalogue.springs)
+    try:
+        option, _ = spring_to_wind(source, rate, lasting=lasting)
+    except CannotBeHad:
+        if borne.passing:
+            return borne.passing, found.left_out, []
+        raise
+    return [option], found.left_out, [_none_bought(joint, found, borne)]
+
+
+def _bought_for(source: SpringSource, rate: float) -> tuple[Candidates[TorsionSpringRow], _BoughtBorne]:
+    """The bought springs of a rate (N m/rad), with every reason against others, and which of them bear the travel."""
+    choice, catalogue = source.choice, source.catalogue
+    found = spring_candidates(catalogue, choice, rate, source.parts)
     rows = [(row, 1) for row in found.rows]
     for count in range(2, choice.parallel + 1):
         rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
@@ -202,21 +202,33 @@ def spring_options(
     reasons = {**found.left_out, **borne.left_out}
     if borne.more:
         reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST_CANDIDATES} others"] = borne.more
-    if borne.holding:
-        return borne.holding, reasons, []
-    if choice.make is False:
-        if borne.passing:
-            return borne.passing, reasons, []
-        raise no_spring(joint, replace(found, left_out=reasons), catalogue.springs)
+    return replace(found, left_out=reasons), borne
+
+
+def _none_bought(joint: str, found: Candidates[TorsionSpringRow], borne: _BoughtBorne) -> str:
     of_these = f"; with this rate, {count_reasons(borne.left_out)}" if borne.left_out else ""
-    text = f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
-    try:
-        option, more = spring_to_wind(source, rate, lasting=lasting)
-    except CannotBeHad:
-        if borne.passing:
-            return borne.passing, reasons, []
-        raise
-    return [option], reasons, [noted(text), *more]
+    return noted(
+        f"{joint}: no bought spring meets the constraints ({found.nearest}{of_these}); one to wind is designed"
+    )
+
+
+def remarks_on_bought(source: SpringSource, option: SpringOption) -> tuple[Mapping[str, int], list[str]]:
+    """The bought springs excluded by reason, and why none is taken, both for the rate wanted of the chosen spring."""
+    if source.choice.make:
+        return {}, []
+    if source.choice.part is not None:
+        return spring_options(source, option.asked)[1], []
+    found, borne = _bought_for(source, option.asked)
+    if option.row is not None:
+        return found.left_out, []
+    if not borne.holding:
+        return found.left_out, [_none_bought(source.joint, found, borne)]
+    names = ", ".join(each.label for each in borne.holding[:2])
+    text = (
+        f"{source.joint}: what can be bought near the rate that suits the whole leg best, {option.asked:.4g} N*m/rad "
+        f"({names}), leaves a larger expected error than one to wind"
+    )
+    return found.left_out, [noted(text)]
 
 
 @dataclass(frozen=True)
@@ -284,6 +296,13 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
         with suppress(UserError):  # no spring can be wound either
             others.append(replace(spring_to_wind(source, rate, lasting=False)[0], compared=True))
     return others
+
+
+def warnings_of_wound(joint: str, option: SpringOption) -> list[str]:
+    """What is told of a spring to wind, as drawn if its joint is; nothing of a bought one."""
+    if option.design is None or option.result is None:
+        return []
+    return wound_warnings(joint, option.asked, option.result, option.design)
 
 
 def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: float) -> SpringOption:
@@ -356,23 +375,12 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
         size = (first.wire_diameter, first.mean_diameter, first.body_coils)
         leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
         result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue, 0, lasting=lasting)
-    if result.best is not None:
-        design, warnings = result.best, [about(joint, text) for text in (*result.notes, *result.best.warnings)]
-        warnings += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
-    else:
-        if not result.nearest:
-            raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
-        order = {"parallel": 0, "smaller_travel": 1, "other_material": 2, "more_room": 3}
-        nearest = min(result.nearest, key=lambda item: order[item.kind])
-        design = nearest.design
-        text = (
-            f"{joint}: no single spring can have {rate:.4g} N*m/rad over {degrees(travel.winding):.1f} deg: "
-            f"{'; '.join(result.binding)}. The nearest that can be made is taken: {nearest.text}"
-        )
-        warnings = [decisive(text)]
+    if result.best is None and not result.nearest:
+        raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
+    design = result.best or nearest_taken(result).design
     total = design.rate * design.count
     option = SpringOption(total, design.included_angle, design=design, result=result, asked=rate)
-    return replace(option, closes=1 if travel.turned_round else -1), warnings
+    return replace(option, closes=1 if travel.turned_round else -1), warnings_of_wound(joint, option)
 
 
 def with_lasting(option: SpringOption, catalogue: Catalogue) -> SpringOption:

@@ -25,7 +25,7 @@ from synth.design.damper_warnings import curve_warnings, size_warnings, travel_w
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
-from synth.design.spring_warnings import spring_warnings, stop_warnings
+from synth.design.spring_warnings import spring_warnings, stop_warnings, wanted_rate_note
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.stated_range import StatedRange
 from synth.design.stop_places import least_stops, moved_range
@@ -273,6 +273,8 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     turned = _turned_as_drawn(design)
     for j, name in enumerate(names):
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
+        fitted = refit.joints[name].spring_rate.value
+        texts += wanted_rate_note(name, springs.chosen[j], dampers.chosen[j].label, fitted, project.joints[name].spring)
         if design.drawn is not None:
             texts += stop_warnings(name, springs.chosen[j], design.drawn.dimensions.joints[j])
         texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))

@@ -143,7 +143,7 @@ def effects_json(leg: Leg, j: int) -> dict[str, Any]:
 def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
     """The chosen spring, then its substitutes, best first."""
     chosen = design.springs.chosen[j]
-    aim = design.refit.joints[design.built.joint_names[j]].spring_rate.value
+    aim = chosen.asked
     near = [option for option in design.springs.ranked[j] if aim / OFFERED <= option.rate <= aim * OFFERED]
     others = [option for option in near if option is not chosen]
     return [_spring(option) for option in (chosen, *others[:MOST_CHOICES])]

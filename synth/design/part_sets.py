@@ -1,9 +1,10 @@
 """Choice of the springs and dampers of all joints together, by the response of the whole leg with tolerances.
 
-At each joint every damper is combined with every spring that meets the constraints for the rate tuned to that damper. A
-set has one such pair per joint. The sets with the lowest nominal response errors are found first (``part_search``).
-They are then evaluated with tolerances, the springs' free angles measured and the seats adjusted (``forecast``). The
-set with the lowest expected error is chosen. No listed exchange of a single part improves it (``part_swaps``).
+At each joint every damper is combined with every spring that meets the constraints for the one rate that is wanted with
+that damper. A set has one such pair per joint. The sets with the lowest nominal response errors
+are found first (``part_search``). They are then evaluated with tolerances, the springs' free angles measured and the
+seats adjusted (``forecast``). The set with the lowest expected error is chosen. No listed exchange of a single part
+improves it (``part_swaps``).
 """
 
 from __future__ import annotations
@@ -17,7 +18,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
-from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, spring_options, with_lasting
+from synth.design.choose_springs import (
+    SpringChoiceMade,
+    SpringOption,
+    SpringSource,
+    remarks_on_bought,
+    spring_options,
+    with_lasting,
+)
 from synth.design.forecast import Forecast
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting_elements
 from synth.design.part_lanes import PartLanes
@@ -25,6 +33,7 @@ from synth.design.part_search import FoundSets, best_sets
 from synth.design.part_swaps import JointParts, Swaps, judged_again, without_better_swap
 from synth.design.response import WantedResponse
 from synth.design.spring_warnings import BEAR_IT, sense_warning
+from synth.design.wanted_rates import springs_for, wanted_rates
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import PartsOptions
 from synth.remarks import decisive
@@ -167,7 +176,8 @@ def choose_sets(
     ------
     UserError : a joint requires a bought spring and none meets its constraints, or every set is excluded.
     """
-    joints = [_joint_parts(source, j, fitted, dampers) for j, source in enumerate(sources)]
+    rates = wanted_rates(wanted, fitted, dampers)
+    joints = [_joint_parts(source, j, rates[j], dampers) for j, source in enumerate(sources)]
     lanes = PartLanes(wanted, fitted, [acting_elements(each.pairs) for each in joints])
     pairs, cut = _cut(lanes, [list(each.pairs) for each in joints])
     lanes = lanes.of([acting_elements(each) for each in pairs])
@@ -229,7 +239,7 @@ def unjudged_set(
     parts: PartsOptions,
     seed: int = 0,
 ) -> SetsMade:
-    """The best single dampers, each with the spring nearest to the rate that was fitted with it.
+    """The best single dampers, each with the spring nearest to the rate that is wanted with it.
 
     Substitutes are not evaluated.
 
@@ -238,9 +248,8 @@ def unjudged_set(
     UserError : a joint requires a bought spring and none meets its constraints.
     """
     pairs, reasons, warnings = [], [], []
-    for joint, source, damper in zip(fitted.joints, sources, dampers.chosen, strict=True):
-        assert joint.spring is not None
-        options, left_out, words = spring_options(source, joint.spring.rate, lasting=False)
+    for rates, source, damper in zip(wanted_rates(wanted, fitted, dampers), sources, dampers.chosen, strict=True):
+        options, left_out, words = springs_for(source, rates)
         pairs.append(Pair(options[0], damper))
         reasons.append(left_out)
         warnings.append(tuple(words))
@@ -254,27 +263,20 @@ def unjudged_set(
     return SetsMade((one,), found, leg, made, replace(dampers, leg=leg), (0,) * len(pairs), (leg,))
 
 
-def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperChoiceMade) -> JointParts:
-    """Every damper with the springs for its tuned rate, and for the chosen damper also for its fitted rate.
-
-    Reasons for exclusion and warnings are those for the chosen damper's fitted rate.
-    """
-    spring, together = fitted.joints[joint].spring, dampers.leg.joints[joint].spring
-    assert spring is not None
+def _joint_parts(source: SpringSource, joint: int, rates: tuple[float, float], dampers: DamperChoiceMade) -> JointParts:
+    """Every damper with the springs for its wanted rate; ``rates``: those of the damper chosen first."""
     chosen = dampers.chosen[joint]
-    springs, reasons, warnings = spring_options(source, spring.rate)
-    known = {chosen.label: springs}
-    for rate in (item.rate for item in (together, chosen.spring) if item is not None):
-        _add_springs(known[chosen.label], source, rate)
+    known = {chosen.label: springs_for(source, rates)[0]}
     others = [option for option in dampers.ranked[joint] if option.label != chosen.label][: DAMPERS - 1]
     for damper in others:
         assert damper.spring is not None
-        _add_springs(known.setdefault(damper.label, []), source, damper.spring.rate)
+        with suppress(UserError):  # a bought spring is required, and none has this rate
+            known.setdefault(damper.label, spring_options(source, damper.spring.rate, lasting=False)[0])
     known, spared = _without_last_resort(source, known, dampers.ranked[joint][0].label)
-    pairs = [Pair(spring, damper) for damper in (chosen, *others) for spring in known[damper.label]]
-    warnings = [*warnings, *spared, *sense_warning(source.joint, source.turned)]
+    pairs = [Pair(spring, damper) for damper in (chosen, *others) for spring in known.get(damper.label, [])]
+    warnings = (*spared, *sense_warning(source.joint, source.turned))
     by_label = {label: tuple(found) for label, found in known.items()}
-    return JointParts(source, spring.rate, (chosen, *others), by_label, tuple(pairs[:PAIRS]), reasons, tuple(warnings))
+    return JointParts(source, (chosen, *others), by_label, tuple(pairs[:PAIRS]), warnings)
 
 
 def _without_last_resort(
@@ -292,23 +294,6 @@ def _without_last_resort(
         f"bears the joint's travel. {lost[0].part} {lost[0].passed[0].text}"
     )
     return kept, [decisive(text, BEAR_IT)]
-
-
-def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -> None:
-    """Add the springs for another wanted rate; none if a bought spring is required and none has this rate.
-
-    One spring to wind is enough: its rate is tuned when a set is chosen.
-    """
-    if any(abs(option.asked / rate - 1.0) < SAME_RATE for option in known):
-        return
-    bought = {(option.part, option.count) for option in known if option.row is not None}
-    wound = any(option.row is None for option in known)
-    with suppress(UserError):
-        known += [
-            option
-            for option in spring_options(source, rate, lasting=False)[0]
-            if (not wound if option.row is None else (option.part, option.count) not in bought)
-        ]
 
 
 def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], tuple[int, ...]]:
@@ -349,8 +334,10 @@ def _rank_finalists(judge: Judge, sets: Sequence[Pairs]) -> list[tuple[Pairs, fl
 def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:
     """The chosen springs and the substitutes for each, by response error."""
     taken = [replace(p.spring, error=chosen.error, expected=table.chosen) for p in chosen.pairs]
-    left_out, warnings = tuple(each.left_out for each in joints), tuple(each.warnings for each in joints)
-    return SpringChoiceMade(tuple(taken), ranked_springs(taken, table), left_out, leg, warnings)
+    told = [remarks_on_bought(each.source, option) for each, option in zip(joints, taken, strict=True)]
+    notes = tuple((*words, *each.warnings) for each, (_, words) in zip(joints, told, strict=True))
+    left_out = tuple(reasons for reasons, _ in told)
+    return SpringChoiceMade(tuple(taken), ranked_springs(taken, table), left_out, leg, notes)
 
 
 def ranked_springs(taken: Sequence[SpringOption], table: Swaps) -> tuple[tuple[SpringOption, ...], ...]:

@@ -30,16 +30,14 @@ SAME_RATE = 0.005  # relative: a spring wound for a rate this near is the same
 class JointParts:
     """The candidate parts of a joint.
 
-    ``rate`` (N m/rad) was fitted with the damper chosen first. ``springs``: by damper label, the springs that meet the
-    constraints for that damper. ``pairs``: all combinations of these.
+    ``springs``: by damper label, the springs that meet the constraints for that damper. ``pairs``: all combinations of
+    these. ``warnings``: whichever of them is chosen.
     """
 
     source: SpringSource
-    rate: float
     dampers: tuple[DamperOption, ...]
     springs: Mapping[str, tuple[SpringOption, ...]]
     pairs: tuple[Pair, ...]
-    left_out: Mapping[str, int]
     warnings: tuple[str, ...]
 
 
@@ -183,7 +181,7 @@ def _with_tuned_spring(judge: Judge, chosen: Pairs, joint: int, pair: Pair, sour
     tried = [_with_pair(chosen, joint, replace(pair, spring=replace(spring, rate=rate))) for rate in rates]
     best = int(np.argmin(judge.errors(tried)))
     wound = _wound(source, rates[best]) if best > 0 else None
-    return pair if wound is None else replace(pair, spring=replace(wound, asked=spring.asked, compared=spring.compared))
+    return pair if wound is None else replace(pair, spring=replace(wound, compared=spring.compared))
 
 
 def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts], held: int | None = None) -> Pairs:

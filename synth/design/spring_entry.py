@@ -6,6 +6,7 @@ from typing import Any
 
 from synth.design.choose_springs import SpringOption
 from synth.design.spring_hands import hands_of, is_pair
+from synth.design.wound_warnings import nearest_as_made
 from synth.parts.rows import TorsionSpringRow
 from synth.units import quantity
 
@@ -16,10 +17,11 @@ def spring_entry(option: SpringOption) -> dict[str, Any]:
     if option.row is not None:
         return {**_bought(option, option.row), "hands": hands}
     assert option.design is not None
-    written: dict[str, Any] = {"make": option.design.as_json(), "hands": hands}
+    wanted = quantity(option.asked, "N*m/rad")
+    written: dict[str, Any] = {"make": option.design.as_json(), "hands": hands, "wanted_rate": wanted}
     if option.result is not None:
         written["binding"] = list(option.result.binding)
-        written["nearest"] = [item.as_json() for item in option.result.nearest]
+        written["nearest"] = [item.as_json() for item in nearest_as_made(option.result, option.design)]
         written["lasting"] = [item.as_json() for item in option.result.lasting]
         written["notes"] = list(option.result.notes)
     return written
@@ -31,6 +33,8 @@ def _bought(option: SpringOption, row: TorsionSpringRow) -> dict[str, Any]:
         "vendor": row.vendor,
         "count": option.count,
         "rate": quantity(option.rate, "N*m/rad"),
+        "rate_as_sold": quantity(option.as_sold, "N*m/rad"),
+        "wanted_rate": quantity(option.asked, "N*m/rad"),
         "included_angle": quantity(option.included_angle, "deg"),
         "material": row.material,
         "hand": row.hand or None,

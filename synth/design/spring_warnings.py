@@ -70,3 +70,16 @@ def stop_warnings(joint: str, option: SpringOption, dimensions: JointDimensions)
         noted(f"{joint}: turned to its stop at {stop:.1f} deg, {option.part} {each.text}")
         for each in vendor_limits(option.row, wound)
     ]
+
+
+def wanted_rate_note(joint: str, option: SpringOption, damper: str, fitted: float, choice: SpringChoice) -> list[str]:
+    """Why the wanted rate is not the ``fitted`` one (N m/rad), if they differ by more than a bought spring may."""
+    if choice.part is not None or abs(option.asked / fitted - 1.0) <= choice.rate_tolerance:
+        return []
+    return [
+        noted(
+            f"{joint}: the wanted spring rate is {option.asked:.3g} N*m/rad, with which the simulated leg moves as "
+            f"wanted with {damper}; the fit to the recordings with this damper gives {fitted:.3g}. They differ where "
+            "the motion depends little on the rate, and parts are chosen by the motion"
+        )
+    ]

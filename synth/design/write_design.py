@@ -177,8 +177,9 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         "alternatives_basis": (
             "response_error: RMS over all joints and releases of the difference from the wanted motion, with only this "
             "joint's part changed. Another damper has its best spring (with_spring, if that is not the chosen one). "
-            "cost: response_error minus that of the chosen set. expected_error: with tolerances, free angles measured "
-            "and seats adjusted; the choice and the order of the list are by expected_error"
+            "nominal_cost: response_error minus that of the chosen set. expected_error: with tolerances, free angles "
+            "measured and seats adjusted. cost: expected_error minus that of the chosen set; the choice and the order "
+            "of the list are by it"
         ),
         "tolerance": tolerance_json(design, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
@@ -223,6 +224,15 @@ def _damper_as_drawn(design: LegDesign, j: int) -> dict[str, Any]:
     return {"slips": drawn.adapter is None and drawn.bore.slips, "assumed_sizes": list(drawn.unknown)}
 
 
+def _costs(option: SpringOption | DamperOption, chosen: SpringOption | DamperOption) -> dict[str, Any]:
+    """What a substitute costs in response: with tolerances, by which parts are chosen, and with nominal parts."""
+    return {
+        "nominal_cost": quantity(option.error - chosen.error, "deg"),
+        "expected_error": quantity(option.expected, "deg"),
+        "cost": quantity(option.expected - chosen.expected, "deg"),
+    }
+
+
 def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]:
     row, made = option.row, option.design
     wire = row.wire_diameter if row is not None else made.wire_diameter if made is not None else None
@@ -234,10 +244,10 @@ def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]
         "count": option.number,
         "rate": quantity(option.rate, "N*m/rad"),
         "rate_inch": quantity(option.rate, "lbf*in/deg"),
+        "rate_as_sold": quantity(option.as_sold, "N*m/rad"),
         "within_tolerance": not option.outside,
         "response_error": quantity(option.error, "deg"),
-        "cost": quantity(option.error - chosen.error, "deg"),
-        "expected_error": quantity(option.expected, "deg"),
+        **_costs(option, chosen),
         **{name: quantity(value, "mm") for name, value in sizes.items() if value is not None},
         **{f"{name}_inch": quantity(value, "in") for name, value in sizes.items() if value is not None},
         "source": row.source if row is not None else "to wind",
@@ -253,8 +263,7 @@ def _ranked_damper(option: DamperOption, chosen: DamperOption) -> dict[str, Any]
         "ratio": quantity(option.arrangement.ratio, "1"),
         "law": option.law,
         "response_error": quantity(option.error, "deg"),
-        "cost": quantity(option.error - chosen.error, "deg"),
-        "expected_error": quantity(option.expected, "deg"),
+        **_costs(option, chosen),
         "source": row.source if row is not None else option.why,
         **({"with_spring": option.partner} if option.partner else {}),
     }

@@ -29,11 +29,23 @@ LEAST_TRAVEL = math.radians(1.0)  # rad; a request for less is most likely a mis
 
 @dataclass(frozen=True)
 class NearestSpring:
-    """A spring that can be made but does not meet one requirement; ``kind`` and ``text`` name that requirement."""
+    """A spring that can be made but does not meet one requirement, which ``kind`` and ``lead`` name.
+
+    ``notes``: preferences that it does not meet either. ``text`` describes the spring from ``design``, so that both
+    stay the same where the spring is sized again for its joint.
+    """
 
     kind: Literal["more_room", "parallel", "smaller_travel", "other_material"]
-    text: str
+    lead: str
     design: SpringDesign
+    notes: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> UnitText:
+        """The requirement that it does not meet, the spring, and what it exceeds or lacks."""
+        over = [violation.text for violation in self.design.violations] if self.kind == "more_room" else []
+        needs = [UnitText("it has ", join_texts(" and ", over))] if over else []
+        return join_texts("; ", (UnitText(self.lead, describe(self.design)), *needs, *self.notes))
 
     def as_json(self) -> dict[str, Any]:
         """The entry in a result."""
@@ -114,8 +126,7 @@ def _more_room(found: list[SpringDesign]) -> Iterator[NearestSpring]:
     designs = [design for design in found if design.violations and _violated_limits(design) <= ROOM]
     if designs:
         design = min(designs, key=lambda each: (worst_excess(each), each.mass))
-        needs = join_texts(" and ", (violation.text for violation in design.violations))
-        yield NearestSpring("more_room", UnitText("with more room: ", describe(design), "; it has ", needs), design)
+        yield NearestSpring("more_room", "with more room: ", design)
 
 
 def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
@@ -130,8 +141,8 @@ def _parallel(wish: SpringRequirements, material: WireMaterial) -> Iterator[Near
             kept, notes = prefer_springs(good, partial(candidates, shared, material), shared)
             design = replace(rank_springs(kept, wish.objective)[0], count=count)
             each = MeasuredText(wish.rate / count, "N*m/rad")
-            text = UnitText(f"{count} in parallel, each within the limits and ", each, ": ", describe(design))
-            yield NearestSpring("parallel", join_texts("; ", (text, *notes)), design)
+            lead = UnitText(f"{count} in parallel, each within the limits and ", each, ": ")
+            yield NearestSpring("parallel", lead, design, tuple(notes))
             return
 
 
@@ -155,8 +166,7 @@ def _smaller_travel(
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
         if opening < wish.opening_travel:
             asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
-        text = UnitText(f"a smaller travel, {asked}: ", describe(design))
-        yield NearestSpring("smaller_travel", join_texts("; ", (text, *notes)), design)
+        yield NearestSpring("smaller_travel", f"a smaller travel, {asked}: ", design, tuple(notes))
 
 
 def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial) -> Iterator[NearestSpring]:
@@ -165,10 +175,10 @@ def _parallel_of_smaller_travel(wish: SpringRequirements, material: WireMaterial
     for count in range(2, MOST_IN_PARALLEL + 1):
         shared = replace(wish, rate=wish.rate / count)
         for item in _smaller_travel(list(candidates(shared, material)), shared, material):
-            text = UnitText(
-                f"{count} in parallel, each of ", MeasuredText(shared.rate, "N*m/rad"), ", with ", item.text
+            lead = UnitText(
+                f"{count} in parallel, each of ", MeasuredText(shared.rate, "N*m/rad"), ", with ", item.lead
             )
-            reached.append(replace(item, text=text, design=replace(item.design, count=count)))
+            reached.append(replace(item, lead=lead, design=replace(item.design, count=count)))
     yield from sorted(reached, key=lambda item: -item.design.travel)[:1]
 
 
@@ -181,4 +191,4 @@ def _other_material(wish: SpringRequirements, material: WireMaterial, catalogue:
             designs += feasible_candidates(replace(wish, material=name, calibration=UNCALIBRATED), other)
     for design in rank_springs(designs, wish.objective)[:1]:
         wire = f"{design.material} wire{'' if wish.calibration == UNCALIBRATED else ', which is not calibrated'}"
-        yield NearestSpring("other_material", UnitText(f"{wire}: ", describe(design)), design)
+        yield NearestSpring("other_material", f"{wire}: ", design)

@@ -95,7 +95,10 @@ def test_without_out_one_line_is_printed_and_no_file_written(capsys: pytest.Capt
     assert float(found[1]) == pytest.approx(value(made["body_coils"], "1"), abs=1e-3)
     assert float(found[2]) == pytest.approx(value(made["wire_diameter"], "mm"), rel=1e-3)
     share = value(made["stress"], "MPa") / value(made["allowed_stress"], "MPa")
-    assert found[4] == f"1.7 N*m/rad over 40 deg, at {share:.0%} of the allowed stress"
+    first, lasts = found[4].split(", and against fatigue ")
+    assert first == f"1.7 N*m/rad over 40 deg, at {share:.0%} of the allowed stress"
+    factors = [value(made["fatigue"][key], "1") for key in ("safety_1e5", "safety_1e6")]
+    assert lasts == "strength over stress {:.2f} for 1e5 full turns, {:.2f} for 1e6".format(*factors)
 
 
 def test_output_units_follow_the_input_units(capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,6 +31,7 @@ from synth.files.project_options import CadOptions, MeasuredSpring, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.remarks import Remark, decisive, noted, severity_of
 from synth.reports.sections.winding_plan import winding_of
+from synth.spring.nearest_springs import NearestSpring
 from synth.spring.spring_task import SpringLimits
 from synth.spring.stress import bending_stress
 from synth.spring.winding_sheet import request_lines, winding_sheet
@@ -59,6 +60,28 @@ def test_the_drawn_spring_has_the_arms_and_pitch_of_its_joint(wound: LegDesign) 
     body = spring.wire_diameter + spring.drawn_pitch * made.body_coils
     assert made.body_length == pytest.approx(body * 1e-3)
     assert made.wound_body_length > made.body_length
+
+
+def test_the_warning_states_the_coil_that_is_to_be_wound(wound: LegDesign) -> None:
+    """The nearest spring's arms are those of its drawn joint; sentence and ``nearest`` had those of the search."""
+    option = wound.springs.chosen[0]
+    assert option.design is not None
+    assert option.result is not None
+    searched = replace(option.design, active_coils=0.98 * option.design.active_coils)  # as with shorter arms
+    taken = NearestSpring("parallel", "2 in parallel: ", searched)
+    result = replace(option.result, best=None, nearest=(NearestSpring("more_room", "more: ", searched), taken))
+    springs = replace(wound.springs, chosen=(replace(option, design=searched, result=result),))
+    design = draw_up(replace(wound, springs=springs), Catalogue.load())
+    made = spring_entry(design.springs.chosen[0])
+    assert made["make"]["mean_diameter"]["value"] != pytest.approx(searched.mean_diameter * 1e3, rel=0.01)
+    assert made["nearest"][1]["make"] == made["make"]
+    assert made["nearest"][0]["make"]["mean_diameter"]["value"] == pytest.approx(searched.mean_diameter * 1e3)
+    (said,) = (text for text in design.springs.warnings[0] if "no single spring" in text)
+    for text in (said, made["nearest"][1]["text"]):
+        assert f"mean diameter {made['make']['mean_diameter']['value']:.4g} mm" in text
+    turned = [f"{made['make'][key]['value']:.1f} deg" for key in ("travel", "opening_travel")]
+    assert "wound by up to {} and opened by {}".format(*turned) in said
+    assert severity_of(said) == "decide"
 
 
 def test_the_sheet_gives_the_rate_that_a_maker_measures(wound: LegDesign) -> None:

@@ -16,6 +16,8 @@ from synth.design.clamped_arms import softening_by_arms
 from synth.design.judged_sets import Judge, Pair
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.part_swaps import JointParts, Swap, Swaps, _other_springs, without_better_swap
+from synth.design.spring_entry import spring_entry
+from synth.design.spring_warnings import wanted_rate_note
 from synth.errors import UserError
 from synth.files.project_options import (
     CadOptions,
@@ -204,9 +206,39 @@ def test_a_bought_spring_is_within_tolerance_of_the_wound_one_s_rate(catalogue: 
     choice, damper = SpringChoice(rate_tolerance=0.2), made.dampers.chosen[2]
     source = SpringSource("ankle", choice, travels(LEG, wanted().motions)[2], catalogue, CadOptions(), ANY)
     wound = replace(spring_to_wind(source, 0.5)[0], asked=1.0)
-    parts = JointParts(source, 1.0, (damper,), {damper.label: (wound,)}, (), {}, ())
+    parts = JointParts(source, (damper,), {damper.label: (wound,)}, (), ())
     found = {pair.spring.label: pair.spring.outside for pair in _other_springs(Pair(wound, damper), parts)}
     assert (found["A05"], found["K1"]) == (False, True)
+
+
+@pytest.mark.parametrize("tolerance", [0.2, 0.25])
+def test_tolerance_reasons_and_notes_are_those_of_one_wanted_rate(catalogue: Catalogue, tolerance: float) -> None:
+    """The fit gave 0.9 N*m/rad at the ankle, its damper moves as wanted with 0.5: A05 was taken as "none meets it"."""
+    response, fitted = wanted(), LEG.joints[2].spring
+    assert fitted is not None
+    leg = LEG.with_joints(ankle={"spring": replace(fitted, rate=0.9)})
+    asked = SpringChoice(rate_tolerance=tolerance)
+    choices = {name: JointChoice(asked, ONE_DAMPER) for name in LEG.joint_names}
+    dampers = choose_dampers(response, choices, catalogue, {}, [2.0] * 3, law="linear")
+    sources = [
+        SpringSource(name, asked, travel, catalogue, CadOptions(), ANY)
+        for name, travel in zip(LEG.joint_names, travels(LEG, response.motions), strict=True)
+    ]
+    made = choose_sets(response, leg, dampers, sources, ANY).springs
+    option, left_out = made.chosen[2], made.left_out[2]
+    assert option.label == "A05"
+    for each in made.chosen:
+        assert each.row is None or abs(each.as_sold / each.asked - 1.0) <= tolerance
+    assert not any("no bought spring" in text for text in made.warnings[2])
+    (reason,) = (text for text in left_out if text.startswith("rate not within"))
+    assert reason == f"rate not within {tolerance:.0%} of {option.asked:.4g} N*m/rad"
+    entry = spring_entry(option)
+    sold, rate = (entry[key]["value"] for key in ("rate_as_sold", "wanted_rate"))
+    assert abs(sold / rate - 1.0) <= tolerance
+    (said,) = wanted_rate_note("ankle", option, "DA", 0.9, asked)
+    assert f"wanted spring rate is {option.asked:.3g} N*m/rad" in said
+    assert "fit to the recordings with this damper gives 0.9" in said
+    assert wanted_rate_note("ankle", option, "DA", option.asked, asked) == []
 
 
 def test_tolerances_can_change_the_choice(catalogue: Catalogue, tmp_path: Path) -> None:

@@ -247,6 +247,7 @@ def design_joint(folder: Path, name: str, index: int) -> Json:
         {"make": None, "binding": ["stress: it has 2100 MPa, allowed are 1230 MPa"], "nearest": nearest},
         {"part": "LTR135H 10 M", "vendor": "Lee Spring", "rate": quantity(rate * 1.03, "N*m/rad"),
          "included_angle": quantity(120.0, DEG),
+         "wanted_rate": quantity(rate * 0.98, "N*m/rad"), "rate_as_sold": quantity(rate * 1.03, "N*m/rad"),
          "wire_diameter": quantity(3.43, "mm"), "outer_diameter": quantity(29.5, "mm"),
          "body_coils": quantity(7.17, "1"), "source": "thesis, Table 6"},
         {"make": spring_to_make(rate)},
@@ -269,7 +270,9 @@ def design_joint(folder: Path, name: str, index: int) -> Json:
         "spring_alternatives": [
             {"part": "LTR120", "vendor": "Lee Spring", "rate": quantity(rate * 1.2, "N*m/rad"),
              "rate_inch": quantity(rate * 0.154, "lbf*in/deg"), "within_tolerance": False,
-             "response_error": quantity(1.4, DEG), "cost": quantity(0.3, DEG), "source": "catalogue"}
+             "response_error": quantity(1.4, DEG), "expected_error": quantity(1.7, DEG),
+             "nominal_cost": quantity(0.2, DEG),
+             "cost": quantity(0.3, DEG), "source": "catalogue"}
         ],
         "damper_alternatives": [
             {"part": "6597K8", "vendor": "McMaster-Carr", "response_error": quantity(2.2, DEG), "source": "thesis"}
