@@ -20,6 +20,7 @@ import pytest
 import synth
 from synth.api.report import Report, stage_by_stage
 from synth.cli import main
+from synth.units import parse
 
 ROOT = Path(synth.__file__).parent
 EXAMPLES = ROOT / "examples"
@@ -145,6 +146,10 @@ def test_results_are_tables_with_units(fitted: synth.Fit, wound: synth.SpringAns
     for name, joint in content["joints"].items():
         assert frame.loc[name, "spring rate [N*m/rad]"] == pytest.approx(joint["spring_rate"]["value"])
         assert frame.loc[name, "free angle [deg]"] == pytest.approx(joint["free_angle"]["value"])
+        found = fitted.joints[name].free_angle
+        assert parse(f"{found.value!r} {found.unit}", joint["free_angle"]["unit"]) == pytest.approx(
+            joint["free_angle"]["value"]
+        )
         low, high = joint["spring_rate"]["interval90"]
         assert frame.loc[name, "spring rate low [N*m/rad]"] == pytest.approx(low)
         assert frame.loc[name, "spring rate high [N*m/rad]"] == pytest.approx(high)
