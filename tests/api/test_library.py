@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import pickle
 import runpy
 import subprocess
 import sys
@@ -156,6 +157,12 @@ def test_results_are_tables_with_units(fitted: synth.Fit, wound: synth.SpringAns
     springs = wound.to_frame()
     assert springs["rate [N*m/rad]"].to_numpy() == pytest.approx(1.7)
     assert bool(springs["feasible"].all())
+
+
+def test_a_copy_of_a_result_has_its_table(fitted: synth.Fit) -> None:
+    copied = pickle.loads(pickle.dumps(fitted))
+    assert copied.to_frame().equals(fitted.to_frame())
+    assert copied.joints == fitted.joints
 
 
 def test_results_show_themselves_in_a_notebook(fitted: synth.Fit, wound: synth.SpringAnswer) -> None:
