@@ -242,6 +242,17 @@ def shown_unit(unit: str) -> str:
     return {"rad": "deg", "rad/s": "deg/s", "H": "mH"}.get(unit, unit)
 
 
+def si_unit(unit: str) -> str:
+    """The coherent SI unit of a product of units: ``rad/s`` of ``deg/s``, ``m`` of ``cm``, ``1`` of ``%``."""
+
+    def coherent(found: re.Match[str]) -> str:
+        one = _unit(found[0])
+        same = (name for name in MEANINGS if _unit(name).dimension == one.dimension)
+        return found[0] if one.factor == 1.0 else next(same)
+
+    return re.sub(r"[^\W\d_]+|%", coherent, unit)
+
+
 def significant(value: float, digits: int) -> str:
     """A value in a sentence, with so many significant digits: 140, 1.4, 0.014; no power of ten below a million."""
     text = f"{value:.{digits}g}"

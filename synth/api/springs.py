@@ -13,6 +13,7 @@ import numpy as np
 from synth.api.report import Cell, Panel, Report
 from synth.api.spring_wish import spring_wish
 from synth.files.shown_units import METRIC, ShownUnits
+from synth.files.turns import WIDEST
 from synth.parts.catalogs import Catalogue
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.evaluate import check_spring
@@ -44,7 +45,11 @@ class SpringAnswer(Report):
         """The spring to wind, or a statement that none can be made."""
         if self.best is None:
             asked = f"{self.wish.rate:.4g} N*m/rad over {math.degrees(self.wish.travel):.4g} deg"
-            return f"No single spring gives {asked} within the limits"
+            text = f"No single spring gives {asked} within the limits"
+            if self.wish.travel <= WIDEST:
+                return text
+            # Some long coils of thin wire turn so far, so that it is no mistake by itself.
+            return f'{text}. A number is in rad: for degrees write "{self.wish.travel:.6g} deg"'
         best = self.best
         return (
             f"{best.body_coils:.4g} coils of {best.wire_diameter * 1e3:.4g} mm {best.material}, mean diameter "

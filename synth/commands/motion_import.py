@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     out = Path(arguments.out)
     if progress.as_json:
         progress.document((out / "import.json").read_text(encoding="utf-8"))
-    _tell_read(trials, progress)
+    _tell_read(trials, project.leg.joint_names, progress)
     file = out / project_file(project.leg)
     what = "fit" if file.stem == "fit" else "diagnose"
     words = ["synth", file.stem, str(file), "--out", f"{out.name}_{file.stem}"]
@@ -162,11 +162,12 @@ def _tell_checked(project: ImportProject, trials: list[ImportedTrial], progress:
         written = (Path(made) / "import.json").read_text(encoding="utf-8")
     if progress.as_json:
         progress.document(written)
-    _tell_read(trials, progress)
+    _tell_read(trials, project.leg.joint_names, progress)
 
 
-def _tell_read(trials: Sequence[ImportedTrial], progress: Progress) -> None:
-    """One row per recording, then what was detected, repaired and cut in each."""
+def _tell_read(trials: Sequence[ImportedTrial], joints: Sequence[str], progress: Progress) -> None:
+    """One row per recording, then what was detected, repaired and cut, alike in many recordings at once."""
+    from synth.commands.grouped_notes import grouped_notes
     from synth.commands.table_text import table_text
 
     rows = [["recording", "samples", "time [s]", "notes", "format"]]
@@ -176,9 +177,9 @@ def _tell_read(trials: Sequence[ImportedTrial], progress: Progress) -> None:
         rows.append([trial.source.name, str(len(made.time)), duration, str(len(made.notes)), made.format])
     if not progress.as_json:
         progress.result(table_text(rows))
-    for trial in trials:
-        for note in trial.imported.notes:
-            progress.say(f"{trial.source.name}: {note}")
+    notes = [(trial.source.name, note) for trial in trials for note in trial.imported.notes]
+    for line in grouped_notes(notes, joints):
+        progress.say(line)
 
 
 def _formats_json() -> dict[str, Any]:

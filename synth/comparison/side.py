@@ -163,7 +163,7 @@ def _recounted(angle: Estimate, own: Joint, shown: Joint) -> Estimate:
 
     ends = [counted(angle.low), counted(angle.high)]
     low, high = ends if own.sign == shown.sign else ends[::-1]
-    return Estimate(shown.zero + shown.sign * own.sign * (angle.value - own.zero), angle.unit, low, high)
+    return Estimate(shown.zero + shown.sign * own.sign * (angle.value - own.zero), angle.shown_in, low, high)
 
 
 def estimate_of(item: object, unit: str) -> Estimate | None:

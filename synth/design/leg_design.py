@@ -127,9 +127,10 @@ def known_beforehand(project: LegProject, stage: Stage) -> KnownResults:
     motion = read_motion(project)
     with stage("fitting the animal's leg"):
         source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
+        # Of whole recordings: which samples the fit left out at the start, it says itself.
+        warnings = (*motion.notes, *doubts(project.source, motion.fitted, source))
         motion = motion.cut(source.cut)
         source = with_other_legs(with_held_out(source, motion.held_out), project.wanted_legs)
-        warnings = (*motion.notes, *doubts(project.source, motion.fitted, source))
         source = replace(source, warnings=(*warnings, *source.warnings), wanted=project.wanted_shown)
     with stage("finding the dampers' laws"):
         laws = damper_laws(project)

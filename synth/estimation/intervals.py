@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.estimate_words import interval_words
-from synth.units import quantity
+from synth.units import factor, quantity, si_unit
 
 NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations: the normal's 95 % point
 STUDENT95 = (6.314, 2.920, 2.353, 2.132)  # 95 % points of Student's t of 1 to 4 degrees (any table of it)
@@ -24,32 +24,47 @@ class NotFiniteError(ArithmeticError):
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 90 % interval, SI; ``unit`` is the unit for output."""
+    """A value with its 90 % interval; ``repr`` shows it as the tables and files do, an angle in degrees.
+
+    ``value``, ``low``, ``high`` : in SI and radians, whose unit is ``unit``. No ends: it has no interval; an end may be
+    infinite. ``shown_in`` : the unit of tables and files, to which ``words`` and ``as_json`` convert.
+    """
 
     value: float
-    unit: str
+    shown_in: str
     low: float | None = None
     high: float | None = None
 
     @property
+    def unit(self) -> str:
+        """The unit of ``value``, ``low`` and ``high``: ``rad`` of an angle, which is shown in ``deg``."""
+        return si_unit(self.shown_in)
+
+    def __repr__(self) -> str:
+        """Value and interval in the unit shown, ``Estimate(105.003 deg, 90 %: 104.994 to 105.013)``."""
+        scale = factor(self.shown_in, self.unit)
+        ends = "" if self.low is None or self.high is None else f"{self.low / scale:.6g} to {self.high / scale:.6g}"
+        return f"Estimate({self.value / scale:.6g} {self.shown_in}{', 90 %: ' if ends else ''}{ends})"
+
+    @property
     def is_any_angle(self) -> bool:
         """Whether it is an angle whose interval spans a full turn: the free angle of a spring that may not be there."""
-        if self.unit != "deg" or self.low is None or self.high is None:
+        if self.shown_in != "deg" or self.low is None or self.high is None:
             return False
         return self.high - self.low >= FULL_TURN
 
     def as_json(self) -> dict[str, Any]:
         """``{"value", "unit", "interval90"}``; with ``"unknown": true`` if it is any angle."""
         interval = None if self.low is None or self.high is None else (self.low, self.high)
-        return quantity(self.value, self.unit, interval) | ({"unknown": True} if self.is_any_angle else {})
+        return quantity(self.value, self.shown_in, interval) | ({"unknown": True} if self.is_any_angle else {})
 
     @property
     def words(self) -> str:
         """The 90 % interval in a sentence, ``0.064 to 0.76 N*m/rad``: the numbers of the table; empty without one."""
         if self.low is None or self.high is None:
             return ""
-        value, low, high = (quantity(each, self.unit)["value"] for each in (self.value, self.low, self.high))
-        return interval_words(value, low, high, self.unit)
+        value, low, high = (quantity(each, self.shown_in)["value"] for each in (self.value, self.low, self.high))
+        return interval_words(value, low, high, self.shown_in)
 
 
 def student95(degrees: int) -> float:

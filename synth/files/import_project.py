@@ -94,6 +94,7 @@ class _ImportFile:
     kind: str
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
     files: Annotated[list[Any], Field(min_length=1, examples=["[videos/*.csv]"])]
+    exclude: Annotated[list[Text] | None, Field(examples=["[videos/b.csv]"])] = None
     format: Formats = "auto"
     time: Any = None
     frame_rate: Annotated[float, Quantity("Hz", above=0)] | None = None
@@ -195,7 +196,7 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
         reader.known_joints(columns, leg, ("joints",))
     supply = _input(reader, ("supply",), written.get("supply"), "V")
     commands = _command_topics(reader, written.get("commands"))
-    files = _files(reader, written.get("files"))
+    files = _without(reader, _files(reader, written.get("files")), file.exclude if file is not None else None)
     if clock is not None and written.get("frame_rate") is not None:
         reader.refuse('"time" and "frame_rate" are both given; keep one', ("frame_rate",))
     reader.finish()
@@ -317,3 +318,23 @@ def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
                 continue
             found[Path(os.path.realpath(path))] = ForeignFile(path, name, window)
     return tuple(found.values())
+
+
+def _without(
+    reader: ProjectReader, files: tuple[ForeignFile, ...], excluded: list[str] | None
+) -> tuple[ForeignFile, ...]:
+    """The files but those that ``excluded`` names; each of its names or globs must leave out one."""
+    left = {Path(os.path.realpath(file.path)): file for file in files}
+    for index, name in enumerate(excluded or ()):
+        try:
+            out = {Path(os.path.realpath(path)) for path in matching(reader.folder, name)}
+        except UserError as error:
+            for problem in error.problems:
+                reader.refuse(problem.text, ("exclude", index))
+            continue
+        if files and not any(Path(os.path.realpath(file.path)) in out for file in files):
+            reader.refuse(f'"{name}" is not among "files"; leave it out here', ("exclude", index))
+        left = {path: file for path, file in left.items() if path not in out}
+    if files and not left:
+        reader.refuse("leaves out all files", ("exclude",))
+    return tuple(left.values())

@@ -120,6 +120,12 @@ def _hint(text: str, error: yaml.MarkedYAMLError) -> str:
         return "; indent with spaces, not tabs"
     if mark is not None and mark.line < len(lines) and re.search(r":\s*[%@`]", lines[mark.line]):
         return "; put a value that begins with such a sign in quotes"
+    if "flow sequence" in str(error.context) and mark is not None and mark.line < len(lines):
+        bracketed = re.search(r"[^\s,\[\]{}\"']+\[[^\],]*\][^\s,\[\]{}\"']*", lines[mark.line])
+        if bracketed is not None:
+            return f'; put a name with brackets in quotes: "{bracketed[0]}"'
+    if "alias" in str(error.context):
+        return "; put a name that begins with * in quotes"
     return ""
 
 

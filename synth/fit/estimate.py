@@ -34,7 +34,7 @@ from synth.fit.report_fit import FittedTreatments, Treatment, result_of
 from synth.fit.ridge import MISFIT, soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
+from synth.fit.uncertainty import clipped_rms, root_mean_square, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
 
 # Sum of the logarithms of the joints' RMS residuals, by which separate free angles may fit worse than a common one,
@@ -73,6 +73,22 @@ def fit_leg(
     if options.near is not None:
         return _fit_near(leg, recordings, options, options.near)
     return _fit_checked(leg, recordings, options, _checked_points(leg, recordings, options), error, start)
+
+
+def least_residuals(leg: Leg, recordings: Sequence[Recording], free_angle: str) -> Array:
+    """(n,) rad RMS of each joint's angles in the fit of springs and linear dampers, without intervals or a result.
+
+    ``free_angle`` : ``common`` or ``per_trial``, as of a result. All samples are fitted. Infinite where it diverges;
+    nan for a joint without samples.
+    """
+    options = LegFitOptions("per_trial" if free_angle == "per_trial" else "common", release="recorded", laws="linear")
+    treatments, _ = _treatments(
+        model_of(leg, recordings=recordings), recordings, options, sample_scatter(recordings), None
+    )
+    solution = treatments.get(options.free_angle, treatments["common"]).stage.solution
+    if not np.isfinite(solution.cost):
+        return np.full(len(leg.joints), np.inf)
+    return root_mean_square(recordings, solution.predictions)
 
 
 def _checked_points(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions) -> CheckedPoints:

@@ -2,19 +2,20 @@
 
 A fit follows its input. A link's inertia in other units, a frozen channel, a clock in milliseconds or a
 joint's wrong sign all give springs, and some fit well. The leg's parameters are therefore compared with those of
-rigid links, the recordings with limbs of this size, and if the fit is poor, the same trials are fitted
-with each joint's sign or zero changed.
+rigid links, the recordings with limbs of this size, and if the fit is poor, some samples are fitted with each joint's
+sign or zero changed, and all of them with the most hopeful changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.drives.servo import Servo
+from synth.fit.estimate import least_residuals
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
@@ -36,6 +37,7 @@ FITTING_SHARE = 0.4  # of the poor fit's residual above the noise, that a change
 # The same of a rough fit, to be refined: rough ones are within a third of their refined residual, or far off
 HOPEFUL_SHARE = 0.8
 TRIED, SAMPLES = 2, 100  # trials, and samples of each, for testing signs and zeros
+CONFIRMED = 3  # of what these suggest, signs and zeros with which all trials are fitted: one joint's right and the next
 FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # equal readings, and share of the recording, from which a channel may be frozen
 ABRUPT_RATE = 0.3  # of the joint's largest rate, with which a frozen channel stops or starts
 COMMON = LegFitOptions(free_angle="common")
@@ -108,7 +110,10 @@ def _frozen(recording: Recording, joint: int) -> str:
 
 
 def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> list[str]:
-    """If the fit is poor: the joint whose changed sign or zero would make it good."""
+    """If the fit is poor: the joint whose changed sign or zero would make it good.
+
+    ``recordings`` : whole, as they were given to the fit; they are cut here where ``result`` begins later.
+    """
     recordings = recordings_from(recordings, result.cut) or recordings if result.cut else recordings
     left = np.array([result.averaged_rms[name] for name in leg.joint_names])
     scatter = sample_scatter(recordings)
@@ -118,28 +123,61 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
         poor |= left > UNEXPLAINED * scatter
     if not np.any(poor):
         return []
+    before, floor = _overall(left), _overall(scatter)
+    for change in _hopeful_changes(leg, recordings, left):
+        turned = [_in_convention(recording, change.joint, change.old, change.new) for recording in recordings]
+        # Two trials with one free angle tell little of all, of which each may have its own.
+        after = _overall(least_residuals(change.of(leg), turned, result.free_angle))
+        if after < _mixed(floor, before, FITTING_SHARE):
+            text = (
+                f"the fit leaves {np.degrees(before):.2g} deg RMS over all joints; with {change.words} of the "
+                f"{change.old.name} a fit of the same trials leaves {np.degrees(after):.2g} deg. Sign or zero of the "
+                f"{change.old.name}?"
+            )
+            return [decisive(text)]
+    return []
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A joint's other sign or zero; ``left`` rad, of a fit of few samples in it."""
+
+    joint: int
+    old: Joint
+    new: Joint
+    words: str
+    left: float = np.inf
+
+    def of(self, leg: Leg) -> Leg:
+        """The leg with it."""
+        return replace(leg, joints=(*leg.joints[: self.joint], self.new, *leg.joints[self.joint + 1 :]))
+
+
+def _hopeful_changes(leg: Leg, recordings: Sequence[Recording], left: Array) -> list[_Change]:
+    """The changes with which few samples fit far better than ``left`` (n,) rad, at most ``CONFIRMED``, best first."""
     some = [recording.thinned(SAMPLES) for recording in recordings[:TRIED]]
-    floor = float(np.nansum(sample_scatter(some) ** 2))
+    floor = float(np.sqrt(np.nansum(sample_scatter(some) ** 2)))
     # The fit itself may have failed because of its start: a changed leg is compared with the better of the two.
     before = min(_residual_left(leg, some), float(np.sqrt(np.nansum(left**2))))
-    hopeful = float(np.sqrt(max(0.0, floor + HOPEFUL_SHARE**2 * (before**2 - floor))))
     found = []
     for j, joint in enumerate(leg.joints):
-        for changed, text in _changes(joint):
-            other = replace(leg, joints=(*leg.joints[:j], changed, *leg.joints[j + 1 :]))
-            after = _residual_left(other, [_in_convention(recording, j, joint, changed) for recording in some], hopeful)
-            if after**2 - floor < FITTING_SHARE**2 * (before**2 - floor):
-                found.append((after, joint.name, text))
-    if not found:
-        return []
-    after, name, text = min(found)
-    tried = ", ".join(recording.name for recording in some)
-    share = f"{len(some)} of the {len(recordings)} trials" if len(some) < len(recordings) else "the trials"
-    text = (
-        f"the fit leaves {np.degrees(before):.2g} deg; with {text} of the {name} a fit of {share} ({tried}) leaves "
-        f"{np.degrees(after):.2g}. Sign or zero of the {name}?"
-    )
-    return [decisive(text)]
+        for new, words in _changes(joint):
+            change = _Change(j, joint, new, words)
+            turned = [_in_convention(recording, j, joint, new) for recording in some]
+            after = _residual_left(change.of(leg), turned, _mixed(floor, before, HOPEFUL_SHARE))
+            if after < _mixed(floor, before, FITTING_SHARE):
+                found.append(replace(change, left=after))
+    return sorted(found, key=lambda change: change.left)[:CONFIRMED]
+
+
+def _mixed(floor: float, before: float, share: float) -> float:
+    """The noise and this share of what is left above it, as residuals add: by their squares."""
+    return float(np.sqrt(max(0.0, floor**2 + share**2 * (before**2 - floor**2))))
+
+
+def _overall(rms: Array) -> float:
+    """Root mean square over the joints, of theirs (n,); one of nan has no samples."""
+    return float(np.sqrt(np.nanmean(rms**2)))
 
 
 def _changes(joint: Joint) -> list[tuple[Joint, str]]:

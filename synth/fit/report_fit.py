@@ -19,6 +19,7 @@ from synth.fit.interval_ends import interval_ends
 from synth.fit.interval_sources import sources_of
 from synth.fit.known import Known, with_links_and_law
 from synth.fit.least_squares import Solution, Stage, resimulated
+from synth.fit.left_out_trials import moved_by_one_trial
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
 from synth.fit.misfits import follower, lacking, misfits
@@ -135,9 +136,9 @@ def result_of(
         noise=noise,
         not_separable=(*not_separable(unknowns, known), *ridges, *scale),
         warnings=(
-            *_first_sentences(fitted, leg, recordings),
-            *lost,
+            *(*_first_sentences(fitted, leg, recordings), *lost),
             *([] if fitted.searched else misfits(rms[mode], noise, lacking(left, scatter), options)),
+            *_moved(model, recordings, fitted, told, options, lacks=bool(lacking(left, scatter).any())),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles, follower(options)),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
@@ -153,6 +154,21 @@ def result_of(
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, known, nones[mode].links, fitted.error),
     )
+
+
+def _moved(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    fitted: FittedTreatments,
+    told: Mapping[str, Estimate],
+    options: LegFitOptions,
+    *,
+    lacks: bool,
+) -> list[str]:
+    """Sentences on rates that depend on a single trial; where the model explains all joints, intervals tell it."""
+    if not lacks or fitted.searched or options.wanted:
+        return []
+    return moved_by_one_trial(model, recordings, fitted.stage, fitted.least, told)
 
 
 def _resimulate_all(

@@ -51,6 +51,8 @@ class Release:
         it is after the true release in 97 % of 240 simulated ones (noise of 0.05 to 0.6 deg, 100 and 250 Hz).
     ``still_first`` : whether the recording clearly begins at rest or held, with a break where it begins to move. A
         swing that decays and grows again also has a ``released`` if its joints exchange energy.
+    ``not_before`` : where no joint has a sample around the release, the last sample before that; ``released`` and
+        ``released_by`` are then the first one after it. None where samples show the release.
     """
 
     released: float | None
@@ -59,6 +61,7 @@ class Release:
     sentence: str
     released_by: float | None = None
     still_first: bool = False
+    not_before: float | None = None
 
     def in_seconds(self, unit: float) -> Release:
         """The same with times given in ``unit``, s."""
@@ -72,6 +75,7 @@ class Release:
             free_from=self.free_from * unit,
             driven_until=seconds(self.driven_until),
             released_by=seconds(self.released_by),
+            not_before=seconds(self.not_before),
         )
 
 
@@ -119,7 +123,7 @@ def _find_in_view(time: Array, rotation: Array, lost: Mask, view: _View) -> Rele
     held = view.smoothed.time[burst[0]] - time[0] >= max(PAUSE, 5 * view.step)
     if not held:
         return _with_drive(None, time, rotation, lost, view)
-    broken = _refine_break(time, rotation, lost, view, burst[0])
+    broken = _outside_gaps(time, rotation, view, _refine_break(time, rotation, lost, view, burst[0]))
     found = _with_drive(broken, time, rotation, lost, view)
     return replace(found, still_first=_still_first(time, rotation, lost, view, broken, burst[0]))
 
@@ -231,12 +235,13 @@ class _Break:
     """The beginning of motion, s: best estimate ``at``, and ``by`` the late end of the 95 % interval.
 
     ``kink`` : gain of a break over a smooth start at the window's first sample, in -2 log
-    likelihood.
+    likelihood. ``after`` : the last sample before a gap of all joints that hides the break, else None.
     """
 
     at: float
     by: float
     kink: float
+    after: float | None = None
 
 
 def _refine_break(time: Array, rotation: Array, lost: Mask, view: _View, first: int) -> _Break:
@@ -272,6 +277,24 @@ def _refine_break(time: Array, rotation: Array, lost: Mask, view: _View, first: 
     )
 
 
+def _outside_gaps(time: Array, rotation: Array, view: _View, found: _Break) -> _Break:
+    """The break, or if its interval meets a gap of all joints, the first sample after that.
+
+    The regression finds a break there too, from the slopes on both sides; any other moment of the gap fits as well. A
+    single sample after the gap shows no hold.
+    """
+    free = [j for j in range(rotation.shape[1]) if j not in view.locked]
+    known = time[np.isfinite(rotation[:, free]).any(axis=1)]  # an outlier still shows that the limb was seen
+    wide = np.diff(known) > max(PAUSE, 5 * view.step)
+    begins, ends, beyond = known[:-1][wide], known[1:][wide], np.r_[known[2:], np.inf][wide]
+    for until in (ends, beyond):
+        hiding = np.flatnonzero((begins < found.by) & (found.at < until))
+        if len(hiding):
+            end = float(ends[hiding[-1]])
+            return replace(found, at=end, by=end, after=float(begins[hiding[-1]]))
+    return found
+
+
 def _still_first(time: Array, rotation: Array, lost: Mask, view: _View, last: _Break, first_of_last: int) -> bool:
     """Whether the recording begins at rest: no motion for a while, and a break where the first motion begins."""
     first = int(np.flatnonzero(view.speed > view.threshold)[0])
@@ -302,13 +325,15 @@ def _two_phase_misfit(since: Array, angle: Array) -> float:
 
 def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
     """Search for an external torque after the release, and describe the result."""
-    released, by = (None, None) if begun is None else (begun.at, begun.by)
+    released, by, early = (None, None, None) if begun is None else (begun.at, begun.by, begun.after)
     start = float(time[0]) if released is None else released
     free_at = start if by is None else by
     reason = "it moves from the first sample"
     if begun is not None:
         reason = f"released at {view.in_words(begun.at)} s"
         reason += f" ({view.in_words(begun.by)} s at the latest)"
+        if begun.after is not None:
+            reason = f"released between {view.in_words(begun.after)} and {view.in_words(begun.at)} s (no samples)"
     after = time >= start
     free = [j for j in range(rotation.shape[1]) if j not in view.locked]
     drive = None
@@ -318,7 +343,8 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
         points = min(odd_points(width, view.step), len(smoothed.time) // 2 * 2 - 1)
         drive = drive_after(view.leg, smoothed, points, free, view.tip_mass)
     if drive is None:
-        return Release(released, start if by is None else by, None, f"{reason}; no external torque after that", by)
+        reason += "; no external torque after that"
+        return Release(released, start if by is None else by, None, reason, by, not_before=early)
     name = view.leg.joint_names[drive.joint]
     reason += f"; until {view.in_words(drive.until)} s a torque acts on the {name} that its spring and damper do not "
     reason += "produce "
@@ -329,5 +355,5 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
         reason += (
             ", but by then the limb is almost at rest, so an external torque and another law of the leg look alike"
         )
-        return Release(released, free_at, drive.until, reason, by)
-    return Release(released, max(free_at, drive.until), drive.until, reason, by)
+        return Release(released, free_at, drive.until, reason, by, not_before=early)
+    return Release(released, max(free_at, drive.until), drive.until, reason, by, not_before=early)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import pickle
 import runpy
 import subprocess
 import sys
@@ -20,6 +21,7 @@ import pytest
 import synth
 from synth.api.report import Report, stage_by_stage
 from synth.cli import main
+from synth.units import parse
 
 ROOT = Path(synth.__file__).parent
 EXAMPLES = ROOT / "examples"
@@ -145,12 +147,22 @@ def test_results_are_tables_with_units(fitted: synth.Fit, wound: synth.SpringAns
     for name, joint in content["joints"].items():
         assert frame.loc[name, "spring rate [N*m/rad]"] == pytest.approx(joint["spring_rate"]["value"])
         assert frame.loc[name, "free angle [deg]"] == pytest.approx(joint["free_angle"]["value"])
+        found = fitted.joints[name].free_angle
+        assert parse(f"{found.value!r} {found.unit}", joint["free_angle"]["unit"]) == pytest.approx(
+            joint["free_angle"]["value"]
+        )
         low, high = joint["spring_rate"]["interval90"]
         assert frame.loc[name, "spring rate low [N*m/rad]"] == pytest.approx(low)
         assert frame.loc[name, "spring rate high [N*m/rad]"] == pytest.approx(high)
     springs = wound.to_frame()
     assert springs["rate [N*m/rad]"].to_numpy() == pytest.approx(1.7)
     assert bool(springs["feasible"].all())
+
+
+def test_a_copy_of_a_result_has_its_table(fitted: synth.Fit) -> None:
+    copied = pickle.loads(pickle.dumps(fitted))
+    assert copied.to_frame().equals(fitted.to_frame())
+    assert copied.joints == fitted.joints
 
 
 def test_results_show_themselves_in_a_notebook(fitted: synth.Fit, wound: synth.SpringAnswer) -> None:

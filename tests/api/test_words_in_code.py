@@ -207,6 +207,12 @@ def test_rate_and_travel_in_code_are_in_the_ranges_of_the_command() -> None:
     )  # possible for a long coil of thin wire, not for this rate
 
 
+def test_a_travel_of_many_turns_that_no_spring_has_is_asked_for_its_unit() -> None:
+    """40 for 40 degrees got the answer that no spring turns by 2292."""
+    assert synth.spring(RATE, 40).headline.endswith('A number is in rad: for degrees write "40 deg"')
+    assert synth.spring("500 N*m/rad", "90 deg").headline.endswith("within the limits")
+
+
 @pytest.mark.parametrize("given", [3, None, ["a.yaml"], ""])
 def test_what_is_no_file_s_name_is_told(given: Any, leg: synth.Leg) -> None:
     """A bare TypeError of pathlib, which names neither function nor argument; an empty name was the current folder."""

@@ -194,6 +194,15 @@ def test_files_of_one_name_in_two_folders_get_distinct_names(project: Path) -> N
     ]
 
 
+def test_files_of_a_glob_are_left_out_by_name(project: Path) -> None:
+    """One whose joint has too few samples stopped the import of all."""
+    text = (project / "import.yaml").read_text()
+    excluded = "files: [videos/*.csv]\nexclude: [videos/b.csv]"
+    (project / "import.yaml").write_text(re.sub("files: .*", excluded, text))
+    assert main(["--quiet", "import", "import.yaml", "--out", "out"]) == 0
+    assert [path.name for path in (project / "out" / "trials").iterdir()] == ["a.csv"]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -210,6 +219,9 @@ def test_files_of_one_name_in_two_folders_get_distinct_names(project: Path) -> N
             r"joints.hip.unit: \[mm\] is the unit of a leng",
         ),
         ("frame_rate", "time: {column: t}\nframe_rate", r'"time" and "frame_rate" are both given; keep one'),
+        ("frame_rate", "exclude: [videos/c.csv]\nframe_rate", r"import.yaml:5: exclude\[1\]: .*c.csv.* does not exist"),
+        ("frame_rate", f"exclude: [{LEG}]\nframe_rate", r'exclude\[1\]: "leg.leg.yaml" is not among "files"'),
+        ("frame_rate", "exclude: [videos/*.csv]\nframe_rate", r"import.yaml:5: exclude: leaves out all files"),
         ("frame_rate: 200 Hz", "", r"videos/a.csv: has no clock: state the camera's frame rate"),
     ],
 )

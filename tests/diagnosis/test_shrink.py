@@ -128,7 +128,7 @@ def test_the_chance_of_a_small_shrink_holds_where_trials_differ(trials: int) -> 
 
 def test_rms_figures_are_over_samples_not_over_blocks() -> None:
     found = misses(0.02, 0.01, 0.005)
-    assert (found.figure("before").value, found.figure("before").unit) == (
+    assert (found.figure("before").value, found.figure("before").shown_in) == (
         pytest.approx(0.02),
         "deg",
     )  # rad, shown in deg

@@ -7,8 +7,9 @@ import pytest
 from scipy.special import stdtr, stdtrit
 
 from synth.errors import UserError
-from synth.estimation.intervals import NULL, NotFiniteError, covariance_of, student, student95
+from synth.estimation.intervals import NULL, Estimate, NotFiniteError, covariance_of, student, student95
 from synth.fit.draws import DRAWS, draws
+from synth.units import factor
 
 
 def test_a_regular_information_is_inverted() -> None:
@@ -66,3 +67,25 @@ def test_the_95_percent_point_is_that_of_the_distribution(degrees: int) -> None:
     assert student(found, degrees) == pytest.approx(
         0.95, abs=2e-5 if degrees < 5 else max(6e-4 * (5 / degrees) ** 2, 1e-8)
     )
+
+
+UNITS = ["deg", "deg/s", "mH", "cm", "1/cm", "ms", "%", "1", "N*m/rad", "N*m*s^2/rad^2", "1/rad", "kg*m^2", "ohm", "V"]
+
+
+@pytest.mark.parametrize("shown_in", UNITS)
+def test_a_value_in_its_unit_is_that_of_the_file(shown_in: str) -> None:
+    """An angle in radians said that its unit was deg."""
+    estimate = Estimate(1.8326, shown_in, 1.8, 1.9)
+    written = estimate.as_json()
+    scale = factor(estimate.unit, written["unit"])
+    assert estimate.value * scale == pytest.approx(written["value"], rel=1e-12)
+    assert [estimate.low, estimate.high] == pytest.approx([end / scale for end in written["interval90"]], rel=1e-12)
+    assert factor(estimate.unit, estimate.unit) == pytest.approx(1.0)
+
+
+def test_it_shows_itself_as_tables_do() -> None:
+    angle = Estimate(np.radians(105.003), "deg", np.radians(104.99), np.radians(105.01))
+    assert (angle.unit, angle.shown_in) == ("rad", "deg")
+    assert repr(angle) == f"{angle}" == "Estimate(105.003 deg, 90 %: 104.99 to 105.01)"
+    assert repr(Estimate(0.5, "N*m/rad", 0.2, np.inf)) == "Estimate(0.5 N*m/rad, 90 %: 0.2 to inf)"
+    assert repr(Estimate(0.012, "%")) == "Estimate(1.2 %)"

@@ -60,6 +60,8 @@ def test_a_number_beyond_all_doubles_is_no_infinity(number: str, tmp_path: Path)
         ("a: [1, 2\nb: 3\n", 2, "not valid YAML"),
         ("a: 1\n\tb: 2\n", 2, "spaces, not tabs"),
         ("a: %5\n", 1, "quotes"),
+        ("a: 1\nb: [x.csv, r/ST_[1245].csv]\n", 2, 'put a name with brackets in quotes: "r/ST_[1245].csv"'),
+        ("a: [*.csv]\n", 1, "begins with * in quotes"),
         ("- 1\n", 1, "key: value"),
         ("", 1, "key: value"),
         ("just text\n", 1, "key: value"),

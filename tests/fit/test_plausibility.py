@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,8 @@ from synth.errors import UserError
 from synth.files.drive_columns import signals as servo_signals
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.trial_list import Trial
-from synth.fit.estimate import fit_leg
+from synth.fit import plausibility
+from synth.fit.estimate import fit_leg, least_residuals
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.leg_plausibility import leg_doubts
 from synth.fit.plausibility import (
@@ -113,12 +115,30 @@ def test_a_wrong_joint_sign_is_detected(joint: int) -> None:
     right = leg.joints[joint].sign
     wrong = bare(changed(leg, joint, sign=-right))
     made = recordings(wrong, trials)
-    (text,) = convention_doubts(wrong, made, fit_leg(wrong, made))
+    found = fit_leg(wrong, made)
+    (text,) = convention_doubts(wrong, made, found)
     assert text.endswith(f"Sign or zero of the {NAMES[joint]}?")
-    tried = ", ".join(trial.name for trial in trials[:2])
-    assert (
-        f"with sign: {right:+d} of the {NAMES[joint]} a fit of 2 of the {len(trials)} trials ({tried}) leaves" in text
-    )
+    assert f"with sign: {right:+d} of the {NAMES[joint]} a fit of the same trials leaves" in text
+    # Both figures are the same measure of fits of the same samples.
+    before, after = (float(each) for each in re.findall(r"leaves (\S+) deg", text))
+    rms = [np.array(list(found.rms.values())), least_residuals(bare(leg), recordings(bare(leg), trials), "common")]
+    assert [before, after] == pytest.approx([float(np.degrees(np.sqrt(np.mean(each**2)))) for each in rms], rel=0.06)
+
+
+def test_a_change_that_suits_few_samples_only_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two trials of the lab's rat fitted with another zero, and all of them no better than with its own."""
+    leg, trials = bare(robot()), releases(robot(), 3)
+    made = recordings(leg, trials)
+    found = fit_leg(leg, made)
+    away = [
+        replace(trial, fitted=trial.measured + 0.15 * (trial.measured - trial.measured[-1])) for trial in found.trials
+    ]
+    poor = replace(found, trials=tuple(away))
+    # Of the leg as it is, and of each joint's other sign before six other zeros: the first trials suggest signs.
+    few = iter((1.0, *(0.001 if k % 7 == 0 else 1.0 for k in range(21))))
+    monkeypatch.setattr(plausibility, "_residual_left", lambda *_: next(few))
+    monkeypatch.setattr(plausibility, "sample_scatter", lambda some: np.full(3, 1e-4))
+    assert convention_doubts(leg, made, poor) == []
 
 
 def test_a_wrong_sign_behind_an_absurd_damper_is_detected() -> None:

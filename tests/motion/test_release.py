@@ -147,6 +147,28 @@ def test_locked_joints_and_lost_samples_do_not_matter() -> None:
     assert found.driven_until is None
 
 
+@pytest.mark.parametrize("early", [0.4, 0.02])
+def test_a_release_that_no_joint_shows_is_between_the_samples_beside_it(early: float) -> None:
+    """Held and released at 0.5 s, unseen from ``early`` s before to 80 ms after that: it was stated to 10 ms."""
+    leg = robot()
+    time = np.arange(0, 2.0, 0.004)
+    start = rest_pose(leg) + np.radians([20.0, 25.0, -20.0])
+    rotation = np.tile(start, (len(time), 1))
+    after = time >= 0.5
+    rotation[after] = simulate(leg, start, np.zeros(3), time[after] - 0.5)
+    angles = Rig(noise=0.1).read(leg.to_measured(rotation), np.random.default_rng(2))
+    unseen = (time > 0.5 - early) & (time < 0.58)
+    angles[unseen] = np.nan
+    found = find_release(time, angles, leg)
+    first, last = time[~unseen & (time < 0.5)][-1], time[~unseen & (time > 0.5)][0]
+    assert found.not_before == pytest.approx(first)
+    assert found.released == found.released_by == found.free_from == pytest.approx(last)
+    assert found.sentence.startswith(f"released between {first:.3f} and {last:.3f} s (no samples)")
+    seen = angles.copy()
+    seen[:, 2] = Rig(noise=0.1).read(leg.to_measured(rotation), np.random.default_rng(2))[:, 2]
+    assert find_release(time, seen, leg).not_before is None
+
+
 def test_a_recording_at_rest_is_reported_and_too_few_samples_are_refused() -> None:
     leg = robot()
     time = np.arange(0, 1.0, 0.01)

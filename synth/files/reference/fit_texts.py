@@ -97,6 +97,7 @@ KEYS: dict[str, str] = {
     "import.kind": KIND,
     "import.leg": LEG,
     "import.files": "The recordings: files, globs, or mappings with a window.",
+    "import.exclude": "Files or globs that `files` names and that are left out.",
     "import.format": "The format; `auto` detects it from the content.",
     "import.time": "The clock's column.",
     "import.frame_rate": "Camera frame rate, if the file has no clock.",

@@ -35,6 +35,8 @@ IMPORT = {
     "trials[].rate": "Samples per second.",
     "trials[].notes": "Notes on detected, repaired or cut parts.",
     "trials[].release.released": "Time of the release on the recording's clock.",
+    "trials[].release.not_before": "Last sample before a gap of all joints in which the release is: `released` is then "
+    "the first one after it.",
     "trials[].release.driven_until": "End of the driven part.",
     "trials[].points[].time": "Time of a frame of the stick figure.",
     "trials[].points[].unit": "Unit of its coordinates.",

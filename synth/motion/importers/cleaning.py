@@ -157,7 +157,10 @@ def _lost_frames(time: Array) -> list[str]:
             text = f"its clock is uneven: steps of {1e3 * step.min():.3g} to {1e3 * step.max():.3g} ms, usually "
             return [f"{text}{1e3 * middle:.3g} ms; {int(holes.sum())} are long, the first after {where:.3f} s"]
         lost = int(np.round(frames - 1).sum())
-        return [f"{lost} frames are lost in {int(holes.sum())} gaps of the clock, the first after {where:.3f} s"]
+        if lost == 1:
+            return [f"1 frame is lost in the clock, after {where:.3f} s"]
+        gaps = "1 gap of the clock," if holes.sum() == 1 else f"{int(holes.sum())} gaps of the clock, the first"
+        return [f"{lost} frames are lost in {gaps} after {where:.3f} s"]
     return []
 
 
@@ -179,8 +182,12 @@ def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
             notes.append(text)
         if spikes[:, j].any():
             at = int(np.argmax(spikes[:, j]))
-            text = f"{name}: {int(spikes[:, j].sum())} samples are outliers (first at "
-            notes.append(f"{text}{time[at]:.3f} s); they are kept, but a fit ignores them")
+            count = int(spikes[:, j].sum())
+            if count == 1:
+                notes.append(f"{name}: 1 sample is an outlier (at {time[at]:.3f} s); it is kept, but a fit ignores it")
+                continue
+            text = f"{name}: {count} samples are outliers (first at {time[at]:.3f} s)"
+            notes.append(f"{text}; they are kept, but a fit ignores them")
     return notes
 
 

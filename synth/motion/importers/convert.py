@@ -165,6 +165,7 @@ def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
     few = [joint for joint, count in zip(leg.joint_names, left, strict=True) if count < SHORTEST]
     if few:
         text = f"too few samples of {name_list(few)} remain from {time[0]:.3f} s; leave the file out"
+        text += f" (in a project: exclude: [{name}])"
         raise UserError(Problem(text, name))
 
 

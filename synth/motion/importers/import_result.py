@@ -200,6 +200,7 @@ def _trial(trial: ImportedTrial, folder: Path, joints: Sequence[str]) -> dict[st
         item["release"] = {
             "released": None if found.released is None else quantity(found.released, "s"),
             "driven_until": None if found.driven_until is None else quantity(found.driven_until, "s"),
+            **({} if found.not_before is None else {"not_before": quantity(found.not_before, "s")}),
         }
     if made.tracked is not None:
         seen = np.flatnonzero(np.isfinite(made.tracked.points).all(axis=(1, 2)))

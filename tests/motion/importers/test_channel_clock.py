@@ -65,7 +65,7 @@ def test_lost_frames_leave_a_gap(tmp_path: Path, file: str) -> None:
     data = table("Frame Number", np.arange(300)).drop(index=range(100, 150))
     found = imported(data, tmp_path / file, RATE)
     np.testing.assert_allclose(found.time, np.delete(angles()[0], np.s_[100:150]), atol=1e-12)
-    assert any(note.startswith("50 frames are lost in 1 gaps") for note in found.notes)
+    assert any(note.startswith("50 frames are lost in 1 gap of the clock, after") for note in found.notes)
 
 
 def test_a_column_of_frames_that_does_not_count_up_is_refused(tmp_path: Path) -> None:

@@ -214,8 +214,8 @@ def test_lost_frames_spikes_and_a_bad_clock(tmp_path: Path) -> None:
     data.loc[30, "hip [deg]"] += 30.0
     data.drop(index=range(50, 57)).to_csv(tmp_path / "a.csv", index=False)
     notes = imported(tmp_path / "a.csv").notes
-    assert "7 frames are lost in 1 gaps of the clock, the first after 0.245 s" in notes
-    assert any(note.startswith("hip: 1 samples are outliers (first at 0.150 s)") for note in notes)
+    assert "7 frames are lost in 1 gap of the clock, after 0.245 s" in notes
+    assert any(note.startswith("hip: 1 sample is an outlier (at 0.150 s)") for note in notes)
     data.loc[70, "time [s]"] = data.loc[69, "time [s]"]
     data.to_csv(tmp_path / "b.csv", index=False)
     with pytest.raises(UserError, match=r"time repeats at sample 71: 0.345 s, then 0.345 s"):
@@ -366,6 +366,6 @@ def test_joints_read_a_moment_apart_are_neither_lost_nor_missing(tmp_path: Path)
     data.loc[[100, 102], "knee [deg]"] = np.nan
     data.drop(index=range(200, 204)).to_csv(tmp_path / "b.csv", index=False)
     notes = "; ".join(imported(tmp_path / "b.csv", cut="keep").notes)
-    assert "2 frames are lost in 1 gaps of the clock, the first after 0.495 s" in notes
+    assert "2 frames are lost in 1 gap of the clock, after 0.495 s" in notes
     assert "knee: 2 of 298 samples are missing and not filled; the longest gap is 15 ms, from 0.245 s on" in notes
     assert notes.count("missing") == 1
