@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth.compiling.modules import set_class, stands_for_package
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 # Public name -> the module that holds it.
 _PUBLIC = {
