@@ -221,6 +221,22 @@ def resimulated(
     return replace(stage, solution=solution)
 
 
+def reduced_by_trial(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage
+) -> list[tuple[Array, Array]]:
+    """Each trial's part of the common unknowns' normal matrix (p, p) and gradient (p,), its own unknowns eliminated."""
+    found = stage.solution
+    problem = _TrajectoryFit(model, recordings, stage.weights, 0.0, fixed=False)
+    reduced = []
+    for t, local in enumerate(found.locals):
+        lanes = found.lanes[t] if found.lanes else model.sensitivity(recordings[t], found.values, local)
+        part = _normal(recordings[t], lanes, stage.weights.noise[t], len(found.values), stage.weights.rounding)
+        _own_priors(part, problem, t, local)
+        own = np.linalg.solve(part.own, np.column_stack([part.cross.T, part.own_gradient]))
+        reduced.append((part.common - part.cross @ own[:, :-1], part.gradient - part.cross @ own[:, -1]))
+    return reduced
+
+
 def _with_last_step(problem: _TrajectoryFit, end: Iterate[_State]) -> _State:
     """The end of the iteration after the last step, which gains less than the tolerance, taken by the sensitivities.
 

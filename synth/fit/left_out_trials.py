@@ -8,20 +8,17 @@ each trial by its own amount, and another choice of trials gives other rates. Le
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.estimate_words import interval_words
 from synth.estimation.intervals import Estimate
-from synth.fit.least_squares import FitStart, Solution, Stage, solve
+from synth.fit.least_squares import Solution, Stage, reduced_by_trial
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.uncertainty import residuals
 from synth.remarks import at_joint
 
-MOST_LEFT_OUT = 12  # trials, those that fit worst: each takes a fit of all others, some 40 ms for six
 RATES = {"spring_rate": "spring rate", "damper_rate": "damper rate"}
 
 
@@ -39,35 +36,36 @@ def moved_by_one_trial(
     """
     if len(recordings) < 2:
         return []
-    solution = least or stage.solution
-    squares = [float(np.nansum(residuals(r, p) ** 2)) for r, p in zip(recordings, solution.predictions, strict=True)]
-    worst = np.argsort(squares)[::-1][:MOST_LEFT_OUT]
-    found = [values for t in worst if (values := _without(model, recordings, stage, solution, int(t))) is not None]
-    if not found:
-        return []
-    reach = np.array([solution.values, *found])
+    at = Stage(least or stage.solution, stage.weights)
+    values, steps = at.solution.values, steps_without_each(model, recordings, at)
+    known = {
+        place: (name.partition(" ")[0], name.partition(" ")[2], told[name])
+        for place, name in enumerate(model.unknowns.names)
+        if name.partition(" ")[0] in RATES and name in told
+    }
     sentences: list[str] = []
-    for place, name in enumerate(model.unknowns.names):
-        kind, _, joint = name.partition(" ")
-        estimate = told.get(name)
-        if kind not in RATES or estimate is None or estimate.low is None or estimate.high is None:
+    for place, (kind, joint, estimate) in known.items():
+        moved = steps[:, place]
+        low, high = np.exp(values[place] + np.array([moved.min(initial=0.0), moved.max(initial=0.0)])).tolist()
+        if estimate.low is None or estimate.high is None or estimate.low <= low <= high <= estimate.high:
             continue
-        low, high = np.exp([reach[:, place].min(), reach[:, place].max()]).tolist()
-        if low < estimate.low or high > estimate.high:
-            words = interval_words(estimate.value, low, high, estimate.shown_in)
-            text = f"leaving out one trial moves the {RATES[kind]} within {words}, beyond its interval"
-            sentences.append(at_joint(joint, f"{text}: intervals hold only if the model does"))
+        words = interval_words(estimate.value, low, high, estimate.shown_in)
+        text = f"leaving out one trial moves the {RATES[kind]}, to first order, within {words}, beyond its interval"
+        sentences.append(at_joint(joint, f"{text}: intervals hold only if the model does"))
     return sentences
 
 
-def _without(
-    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, solution: Solution, left_out: int
-) -> Array | None:
-    """(p,) common unknowns of the fit without one trial, from those with it; None if it diverges."""
-    kept = [t for t in range(len(recordings)) if t != left_out]
-    centre = stage.weights.centre
-    weights = replace(stage.weights, noise=stage.weights.noise[kept], centre=None if centre is None else centre[kept])
-    lanes = [solution.lanes[t] for t in kept] if solution.lanes else []
-    start = FitStart(solution.values, [solution.locals[t] for t in kept], lanes=lanes)
-    found = solve(model, [recordings[t] for t in kept], start, weights)
-    return found.values if np.isfinite(found.cost) else None
+def steps_without_each(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage) -> Array:
+    """(n_trial, p) first-order changes of the common unknowns if each trial is left out.
+
+    One step of the normal equations without the trial (Miller, Biometrika 61 (1974) 1); its gradient is what the others
+    leave at the optimum. Of two trials of one knee and one of a knee 50 % stiffer it gives 4 % less than the fit of the
+    two, of one 10 % stiffer the same within 2 %.
+    """
+    whole, bounds = stage.solution.information.schur(), model.unknowns
+    steps = []
+    for matrix, gradient in reduced_by_trial(model, recordings, stage):
+        step = np.linalg.lstsq(whole - matrix, gradient, rcond=None)[0]
+        values = stage.solution.values
+        steps.append(np.clip(values + step, bounds.lower, bounds.upper) - values)
+    return np.array(steps)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from fit.simulated_legs import bare, releases, robot
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
@@ -19,12 +21,13 @@ def test_trials_of_one_leg_give_no_sentence() -> None:
     assert not any("leaving out one trial" in text for text in found.warnings)
 
 
-def test_a_trial_of_a_stiffer_knee_is_told_at_the_knee() -> None:
+@pytest.mark.parametrize(("factor", "second_order"), [(1.5, 0.05), (1.1, 0.02)])
+def test_a_trial_of_a_stiffer_knee_is_told_at_the_knee(factor: float, second_order: float) -> None:
     """The intervals of the knee's rate from subsets of a rat's recordings exclude each other, and no note named it."""
     true = robot()
     spring = true.joints[1].spring
     assert spring is not None
-    stiff = true.with_joints(knee={"spring": Spring(1.5 * spring.rate, spring.free_angle)})
+    stiff = true.with_joints(knee={"spring": Spring(factor * spring.rate, spring.free_angle)})
     trials = [*releases(true, 3)[:2], replace(releases(stiff, 3)[2], name="stiffer")]
     leg = bare(true)
     found = fit_leg(leg, recordings(leg, trials), PLAIN)
@@ -34,5 +37,7 @@ def test_a_trial_of_a_stiffer_knee_is_told_at_the_knee() -> None:
     told = found.joints["knee"].spring_rate
     assert told.low is not None
     assert low < told.low
-    assert low < 1.02 * spring.rate  # without that trial it is the others' rate
+    others = fit_leg(leg, recordings(leg, trials[:2]), PLAIN).joints["knee"].spring_rate.value
+    assert others == pytest.approx(spring.rate, rel=0.01)
+    assert low == pytest.approx(others, rel=second_order)
     assert high >= 0.99 * told.value
