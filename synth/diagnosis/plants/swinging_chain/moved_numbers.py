@@ -139,9 +139,9 @@ def sentence_of_numbers(found: Sequence[MovedNumber]) -> str:
     """What the errors within tolerances rest on, after a diagnosis that names no cause; empty without any number."""
     if not found:
         return ""
-    each = [f"the {item.joint}'s {item.words} (with the stated one {angle_text(item.stated)})" for item in found]
+    each = [f"the {item.joint}'s {item.words} (as stated it leaves {angle_text(item.stated)})" for item in found]
     more = f", and {len(each) - MOST_IN_SENTENCE} more" if len(each) > MOST_IN_SENTENCE else ""
-    return f" Within tolerances means: {'; '.join(each[:MOST_IN_SENTENCE])}{more}."
+    return f" This takes {'; '.join(each[:MOST_IN_SENTENCE])}{more}."
 
 
 def _place(k: int, leg: Leg) -> tuple[str, str]:
