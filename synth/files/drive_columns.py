@@ -14,7 +14,6 @@ from synth.swing.leg_model import Joint, Leg
 
 SUFFIXES = {" command": "rad", " voltage": "V", " current": "A", " enabled": "1"}
 SUPPLY = "supply"
-TORQUE = " torque"  # of a known torque, which stands for the current of the same drive
 
 
 def column_units(leg: Leg) -> dict[str, str]:
@@ -23,19 +22,14 @@ def column_units(leg: Leg) -> dict[str, str]:
     return made | {SUPPLY: "V"}
 
 
-def problems(table: CsvTable, leg: Leg, off: Sequence[str] = (), held: Sequence[str] = ()) -> list[Problem]:
-    """Missing columns of a joint's drive, and columns of drives that do not exist.
-
-    ``off`` : joints whose drive is; ``held`` : locked ones, on which no torque matters.
-    """
+def problems(table: CsvTable, leg: Leg, off: Sequence[str] = ()) -> list[Problem]:
+    """Missing columns of a joint's drive, and columns of drives that do not exist; ``off`` : joints whose drive is."""
     present = {column.name for column in table.columns}
     found = []
     for joint in leg.joints:
         wanted, allowed = _columns(joint)
         if joint.name in off:
             found += _problems_off(table, joint)
-            wanted = set()
-        elif isinstance(joint.drive, TorqueDrive) and (joint.name in held or joint.name + TORQUE in present):
             wanted = set()
         for suffix in SUFFIXES:
             name = joint.name + suffix
@@ -53,8 +47,7 @@ def _problems_off(table: CsvTable, joint: Joint) -> list[Problem]:
     """Mistakes of a joint whose drive is said to be off: it has none, or a column says that it acts."""
     if joint.drive is None:
         return [Problem(f"{joint.name} has no drive that could be off; leave it out", table.name, key="drive_off")]
-    torque = [TORQUE] if isinstance(joint.drive, TorqueDrive) else []
-    acts = {joint.name + suffix for suffix in (" current", " enabled", *torque)}
+    acts = {joint.name + suffix for suffix in (" current", " enabled")}
     text = f"is given, though drive_off says that the drive of {joint.name} is off; leave one of them out"
     return [Problem(text, table.name, 1, column.name) for column in table.columns if column.name in acts]
 
@@ -79,8 +72,7 @@ def _columns(joint: Joint) -> tuple[set[str], set[str]]:
     if isinstance(joint.drive, Servo):
         needed = {" voltage"} if joint.drive.open_duty else {" command"}
         return needed, needed | {" enabled"}
-    needed = {" current"} if isinstance(joint.drive, TorqueDrive) else set()
-    return needed, set(needed)
+    return set(), {" current"} if isinstance(joint.drive, TorqueDrive) else set()
 
 
 def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSignals | None:

@@ -87,9 +87,7 @@ class Columns:
     stamps: Array | None = None
 
 
-def read_recording(
-    path: Path, leg: Leg, *, name: str | None = None, off: Sequence[str] = (), held: Sequence[str] = ()
-) -> Recorded:
+def read_recording(path: Path, leg: Leg, *, name: str | None = None, off: Sequence[str] = ()) -> Recorded:
     """Read one recording of ``leg``.
 
     Parameters
@@ -103,8 +101,6 @@ def read_recording(
         the file in messages.
     off
         joints whose drive is off, with an open winding: they need no column of it.
-    held
-        joints that are locked: they need no recorded current.
 
     Raises
     ------
@@ -119,7 +115,7 @@ def read_recording(
         return Problem(text, table.name, line, titles.get(column, column) or None)
 
     units = {column.name: column.unit for column in table.columns}
-    values = _scaled(table, leg, off, held)
+    values = _scaled(table, leg, off)
     stamps = table.values[:, [column.name for column in table.columns].index("time")]
     columns = Columns(values, units, problem, FILE, stamps)
     found = checked_columns(columns, leg)
@@ -168,7 +164,7 @@ def checked_columns(columns: Columns, leg: Leg) -> Recorded:
     return Recorded(time, angles, velocities, torques, "", None, jumps, unusual, by_current)
 
 
-def _scaled(table: CsvTable, leg: Leg, off: Sequence[str], held: Sequence[str]) -> dict[str, Array]:
+def _scaled(table: CsvTable, leg: Leg, off: Sequence[str] = ()) -> dict[str, Array]:
     """Columns by name, in SI; raises where one is missing, unknown, or in a unit of another dimension."""
     wanted = {"time": "s", **dict.fromkeys(leg.joint_names, "rad")}
     for suffix, unit in SUFFIXES.items():
@@ -182,7 +178,7 @@ def _scaled(table: CsvTable, leg: Leg, off: Sequence[str], held: Sequence[str]) 
             hint = did_you_mean(required, unknown)
             text = f'column "{required} [{EXAMPLES[wanted[required]]}]" is missing'
             problems.append(Problem(text + hint.replace("did you mean", "is it"), table.name, 1))
-    problems += drive_columns.problems(table, leg, off, held)
+    problems += drive_columns.problems(table, leg, off)
     if problems:
         raise UserError(problems)
     return values

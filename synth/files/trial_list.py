@@ -70,6 +70,8 @@ class Trial:
     turned
         whole turns that were added to each joint's angles, which lay on another turn than those of the other trials;
         empty: none.
+    drive_off
+        joints whose drive is stated to be off, its winding open.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Trial:
     unusual: tuple[float, ...] = ()
     by_current: tuple[str, ...] = ()
     turned: tuple[int, ...] = ()
+    drive_off: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Name, size and conditions; the samples are in ``time`` and ``angles``."""
@@ -200,8 +203,7 @@ def read_trials(
     for listed in listing.files:
         with gathering(problems):
             other, off = others.get(listed.index), listed.entry.drive_off
-            held = listed.entry.locked
-            recorded = read_recording(listed.path, other or leg, name=listed.name, off=off, held=held)
+            recorded = read_recording(listed.path, other or leg, name=listed.name, off=off)
             trials.append(_trial(recorded, listed, leg, other))
     if not problems:
         trials = turned_back(on_one_turn(trials, leg), leg)
@@ -322,6 +324,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         recorded.jumps,
         recorded.unusual,
         recorded.by_current,
+        drive_off=tuple(name for name in leg.joint_names if name in entry.drive_off),
     )
 
 

@@ -196,6 +196,7 @@ def test_a_bad_project_stops_no_other_and_is_corrected_without_fitting_the_rest_
     same_bytes(tmp_path / "alone", tmp_path / "out" / "legs" / "leg_01")
 
 
+@pytest.mark.slow  # ``make kill`` kills folders too
 def test_a_killed_run_leaves_no_process_and_resumes_to_the_same_bytes(tmp_path: Path) -> None:
     legs = folder_of_legs(tmp_path / "legs", 6)
     command = [sys.executable, "-m", "synth", "-q", "fit", str(legs), "--workers", "2", "--out"]

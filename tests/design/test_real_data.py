@@ -112,6 +112,7 @@ def test_the_chosen_dampers_move_the_leg_as_wanted_within_three_degrees(design: 
     assert np.degrees(design.errors).max() < 3.0
 
 
+@pytest.mark.slow  # like ``cli/test_leg``
 def test_mujoco_follows_the_built_leg_with_as_much_play_as_may_be_drawn(design: LegDesign) -> None:
     """0.3 deg of play in every joint, behind the measured curves: within 0.3 deg (0.09 to 0.19 with all seven)."""
     mujoco = pytest.importorskip("mujoco")
@@ -123,6 +124,7 @@ def test_mujoco_follows_the_built_leg_with_as_much_play_as_may_be_drawn(design: 
     assert off < 0.3
 
 
+@pytest.mark.slow  # like ``validation/test_unseen_releases``
 def test_the_other_releases_agree_with_the_seven(design: LegDesign) -> None:
     """One of the thirty windows (ST2_4) begins before the stimulus: with it the knee came out at half its stiffness."""
     leg = read_leg(DATA / "dog" / "dog.leg.yaml")

@@ -96,6 +96,7 @@ write_json(Path(sys.argv[2]), run.check(project(TWO, recorded(off(TWO, 3), seed=
 """
 
 
+@pytest.mark.slow  # like ``test_diagnosis``
 def test_the_same_recordings_give_the_same_bytes(tmp_path: Path) -> None:
     """A set of names has another order under each seed of Python's hash."""
     written = []
@@ -379,7 +380,9 @@ def test_a_project_that_cannot_be_checked_gives_one_message(
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the shared cases are not here")
-@pytest.mark.parametrize(("scale", "named"), [(1000.0, "Is the time in another unit?"), (1.0, "")])
+@pytest.mark.parametrize(
+    ("scale", "named"), [(1000.0, "Is the time in another unit?"), pytest.param(1.0, "", marks=pytest.mark.slow)]
+)
 def test_milliseconds_labelled_s_are_refused_by_name(
     scale: float, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -88,6 +88,7 @@ def test_a_smooth_cost_is_not_searched_from_elsewhere(tmp_path: Path) -> None:
     assert not has_other_minima(framed, ends, nominal)
 
 
+@pytest.mark.slow  # like the faults of ``make rigs``
 def test_a_stated_armature_that_is_not_there_and_dry_friction_are_found_in_pieces(tmp_path: Path) -> None:
     """Either alone leaves at least 20 floors; from what the one alone fits, the two together were not found."""
     project = recorded(tmp_path, {"coulomb_friction": {"torque": 0.25}}, 5, (1.6, 2.8), 2.5, 4)

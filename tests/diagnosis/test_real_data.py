@@ -127,6 +127,7 @@ def test_the_pendulum_has_dry_friction_in_both_joints_and_a_constant_lower_torqu
         assert 0.5 * (back + forth) == pytest.approx(offset, abs=0.05e-3)
 
 
+@pytest.mark.slow  # a rig of ``make rigs``
 def test_held_out_small_swings_of_the_pendulum_are_predicted_better(tmp_path: Path) -> None:
     result = diagnosed(pendulum_project(tmp_path))
     assert is_consistent(result)

@@ -87,7 +87,8 @@ def test_scaled_time_without_a_cause_has_none(scale: float) -> None:
     assert other.before.value == pytest.approx(usual.before.value, rel=1e-3)
 
 
-@pytest.mark.parametrize("scale", [SCALES[1], pytest.param(SCALES[2], marks=pytest.mark.slow)])
+@pytest.mark.slow  # the scales of other causes are above
+@pytest.mark.parametrize("scale", [SCALES[1], SCALES[2]])
 def test_a_late_torque_is_found_at_any_scale(scale: float) -> None:
     late = 0.03  # s at scale 1
     result = diagnosed(scale, False, 0.0, late)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import UserError
@@ -168,21 +169,22 @@ def test_current_is_a_known_torque(tmp_path: Path) -> None:
     np.testing.assert_allclose(recorded.torques, 1.2)
 
 
-def test_a_torque_drive_needs_its_current(tmp_path: Path) -> None:
-    """A file without it was taken as a free motion, silently, and a project without it as one of a free leg."""
+def test_a_torque_drive_without_its_current_is_told(tmp_path: Path) -> None:
+    """It counts as free, as ever, and nothing said so."""
     leg = read_leg(leg_file(tmp_path, "{kind: torque, motor: {torque_constant: 0.1 N*m/A, gear_ratio: 6}}"))
-    path = trial(tmp_path, "time [s],arm [deg]", "{t},{k}")
-    with pytest.raises(UserError, match=r'column "arm current \[A\]" is missing.* write drive_off: \[arm\]'):
-        read_trials([path.name], tmp_path, leg)
-    (free,) = read_trials([{"file": path.name, "drive_off": ["arm"]}], tmp_path, leg)
+    motion = "time [s],arm [deg]", "{t},{k}"
+    path = trial(tmp_path, *motion)
+    (free,) = read_trials([path.name], tmp_path, leg)
     assert free.torques is None
-    assert read_recording(path, leg, held=["arm"]).torques is None  # a locked joint's torque does not matter
-    path = trial(tmp_path, "time [s],arm [deg],arm torque [N*m]", "{t},{k},2")
-    assert read_recording(path, leg).torques is not None  # the drive's torque, already computed
-    for column in ("current [A]", "torque [N*m]"):
-        path = trial(tmp_path, f"time [s],arm [deg],arm {column}", "{t},{k},2")
-        with pytest.raises(UserError, match="though drive_off says that the drive of arm is off"):
-            read_trials([{"file": path.name, "drive_off": ["arm"]}], tmp_path, leg)
+    (told,) = (text for text in check_trials(leg, [free]) if "no current of its drive" in text)
+    assert told.startswith(
+        f"arm: no current of its drive in {path.name}: free there. If it was off, write drive_off: ["
+    )
+    (off,) = read_trials([{"file": path.name, "drive_off": ["arm"]}], tmp_path, leg)
+    assert off.drive_off == ("arm",)
+    assert not any("no current" in text for text in check_trials(leg, [off]))
+    path = trial(tmp_path, "time [s],arm [deg],arm torque [N*m]", "{t},{k},2")  # the drive's torque, already computed
+    assert not any("no current" in text for text in check_trials(leg, read_trials([path.name], tmp_path, leg)))
 
 
 @pytest.mark.parametrize(

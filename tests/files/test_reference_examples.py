@@ -141,7 +141,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     angle = 105.0 + 20.0 * np.exp(-3.0 * time) * np.cos(12.0 * time)
     lines = [f"{t:.3f},{a:.4f},{a:.4f},{a:.4f}" for t, a in zip(time, angle, strict=True)]
     swing = "\n".join(["time [s],hip [deg],knee [deg],ankle [deg]", *lines, ""])
-    for name in ("trials/a.csv", "other.csv", "rat/releases/a.csv", "videos/a.csv"):
+    for name in ("trials/a.csv", "other.csv", "rat/releases/a.csv", "videos/a.csv", "videos/b.csv"):
         (found / name).parent.mkdir(parents=True, exist_ok=True)
         (found / name).write_text(swing)
     for name in ("rat.leg.yaml", "nominal.leg.yaml", "rat/rat.leg.yaml", "dog/dog.leg.yaml", "long_arm.leg.yaml"):

@@ -235,6 +235,7 @@ def test_the_robots_joint_tests_are_not_cut_to_their_ends() -> None:
 
 
 @pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
+@pytest.mark.slow  # thirty releases, fitted twice
 def test_noise_does_not_turn_the_rats_knee_into_another() -> None:
     """With 0.1 deg of noise the drive is seen in one of seven releases, which were cut to the last half of theirs."""
     data = read_lab_data(LAB)

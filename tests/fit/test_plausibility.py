@@ -109,7 +109,7 @@ def test_frozen_channels_are_named() -> None:
     assert recording_doubts(leg, recordings(leg, [held], ())) == []
 
 
-@pytest.mark.parametrize("joint", [0, 1, 2])
+@pytest.mark.parametrize("joint", [*(pytest.param(j, marks=pytest.mark.slow) for j in (0, 1)), 2])
 def test_a_wrong_joint_sign_is_detected(joint: int) -> None:
     leg, trials = robot(), releases(robot(), 3)
     right = leg.joints[joint].sign
@@ -169,7 +169,7 @@ def test_the_rats_releases_give_no_plausibility_warning() -> None:
         assert doubts(data.rat, made, fit_leg(data.rat, made, LegFitOptions(release=release))) == ()
 
 
-@pytest.mark.parametrize("joint", [1, 2])
+@pytest.mark.parametrize("joint", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_wrong_joint_zero_is_detected(joint: int) -> None:
     leg, trials = robot(), releases(robot(), 3)
     right = leg.joints[joint].zero

@@ -457,6 +457,7 @@ def test_crouch_is_given_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "keep one" in capsys.readouterr().err
 
 
+@pytest.mark.slow  # model C is compared with A on single jumps too
 def test_a_small_sweep_by_model_c_gives_what_a_gives_and_a_large_one_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -57,6 +57,7 @@ def test_both_halves_of_a_rig_show_the_same_causes_first(name: str, tmp_path: Pa
     assert f"{name}  b  tie" in row(name, halves)
 
 
+@pytest.mark.slow  # a rig of ``make rigs``
 def test_half_of_the_driven_pendulum_rubs_dry(tmp_path: Path) -> None:
     """0.18 N m by one of its owners' identifications. The other half puts it first too, but takes too little by it."""
     found = half_of("driven pendulum", tmp_path, 1)
@@ -96,7 +97,7 @@ def test_a_stated_armature_that_is_not_there_is_found_beside_the_rigs_own_fricti
 
 
 # a shifted encoder, a wrong centre of mass, a late encoder
-@pytest.mark.parametrize("number", [1, 10, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [1, *(pytest.param(number, marks=pytest.mark.slow) for number in (10, 4))])
 def test_a_fault_put_into_real_recordings_stands_first(number: int) -> None:
     fault = FAULTS[number]
     found = diagnosed(fault)

@@ -10,6 +10,8 @@ import pytest
 
 from synth.cli import main
 
+pytestmark = pytest.mark.slow  # the command ``hopper --truth``; its claims: ``test_jump_claims``
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -148,8 +148,7 @@ def _cut_short_findings(recordings: Sequence[Recording]) -> list[Finding]:
 def torque_findings(leg: Leg, trials: Sequence[Trial]) -> list[Finding]:
     """Trials in which no torque acts on a joint that a known one drives in others: its column may have been forgotten.
 
-    A ``drive`` of kind torque with a motor requires its column or ``drive_off``, and has none of these. Where only the
-    column says that a joint is driven, a file without it is a free motion, as ever.
+    Only joints of which nothing but the column says that they are driven; of those with a ``drive`` the warnings tell.
     """
     found = []
     for j, joint in enumerate(leg.joints):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.drives.servo import TorqueDrive
 from synth.errors import Problem, UserError
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
@@ -57,6 +58,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
             len(trials) - len(learnt),
         ),
         *_driven_trials(leg, trials),
+        *_currents_not_recorded(leg, trials),
     )
 
 
@@ -171,6 +173,21 @@ def _driven_trials(leg: Leg, trials: Sequence[Trial]) -> list[str]:
         "without a motor model (winding, supply, gears); an error in them that is no offset, factor or delay would be "
         "attributed to the joint"
     ]
+
+
+def _currents_not_recorded(leg: Leg, trials: Sequence[Trial]) -> list[str]:
+    """Joints that a motor drives by a recorded current, in trials that have neither that nor a torque: free there."""
+    said = list[str]()
+    for joint in leg.joints:
+        if not isinstance(joint.drive, TorqueDrive):
+            continue
+        held = {trial.name for trial in trials if joint.name in (*trial.locked, *trial.drive_off)}
+        free = [t.name for t in trials if t.name not in held and joint.name not in _torque_joints(leg, t)]
+        if free:
+            text = f"no current of its drive in {_first_names(free)}: free there. If it was off, write drive_off: "
+            text += f'[{joint.name}] beside the file; otherwise add the column "{joint.name} current [A]"'
+            said.append(at_joint(joint.name, decisive(text)))
+    return said
 
 
 def _torque_joints(leg: Leg, trial: Trial) -> list[str]:
