@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic
 
-import numpy as np
-
 from synth.diagnosis.cause_intervals import causes_of
 from synth.diagnosis.causes_of_remainder import BesideFurtherCause, beside_further_causes, causes_beside
 from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
@@ -101,7 +99,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
     before = predict_unseen(plant, found.none)
-    within = plant.accuracy > 0.0 and _rms_of_predictions(plant, before) <= plant.accuracy
+    within = plant.accuracy > 0.0 and plant.rms(before) <= plant.accuracy
     # Within the accuracy that is required the causes are weighed as if none were.
     motion = plant.own_motion if within else plant.motion
     weighed = judge(found, plant.calibration, free=plant.freely(found), motion=motion)
@@ -202,11 +200,6 @@ def _scored_by(plant: Plant[F, T, S]) -> ScoredBy:
     if len(plant.scored) == 1:
         return "fitted"
     return "in_turn" if len(plant.samples()[0]) > 1 else "pieces_in_turn"
-
-
-def _rms_of_predictions(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
-    """RMS error of the scored trials, rad."""
-    return float(np.sqrt(plant.squares(predicted).sum() / max(float(plant.samples()[0].sum()), 1.0)))
 
 
 def _predict_stages(

@@ -162,6 +162,10 @@ class Plant(ABC, Generic[F, T, S]):
         ``unread`` : predictions, if the sum is about them with the direct causes applied.
         """
 
+    def rms(self, predicted: Sequence[S]) -> float:
+        """RMS error of the scored trials, rad."""
+        return float(np.sqrt(self.squares(predicted).sum() / max(float(self.samples()[0].sum()), 1.0)))
+
     @abstractmethod
     def left_where(
         self, predicted: Sequence[S], unread: Sequence[S] = ()

@@ -160,7 +160,7 @@ class PredictionErrors:
         if gap.sum() <= LEAST_GAP * self._parts(self.noise)[telling].sum():
             return 0.0 if gap.sum() <= 0.0 and left.sum() <= 0.0 else 1.0 - SHRINK_IF_DOUBLED
         without = (left.sum() - left) / np.maximum(gap.sum() - gap, ROUNDING_SHARE * gap.sum())
-        spread = float(np.sqrt(number - 1.0) * np.std(without))
+        spread = _jackknife_deviation(without)
         noise, counts = (self._parts(cells)[telling] for cells in (read, self.counts))
         of_noise = float(np.sqrt(np.sum(2.0 * noise**2 / np.maximum(counts, 1.0)))) / gap.sum()
         paired = left.sum() / gap.sum() + student95(number - 1) * spread
@@ -220,12 +220,17 @@ def _rms(squares: Array, counts: Array, pick: Picks | None) -> Array:
     return np.asarray(np.sqrt(total.sum(axis=-1) / np.maximum(number.sum(axis=-1), 1.0)))
 
 
+def _jackknife_deviation(without: Array) -> float:
+    """Standard deviation of an estimate from those (n,) without each part (Efron 1982, chapter 3)."""
+    return float(np.sqrt(len(without) - 1.0) * np.std(without))
+
+
 def _chance_above(left: Array, allowed: Array) -> float:
     """Probability that the sum of errors (n,) is above an allowed one, see ``PredictionErrors.chance_below``."""
     count = len(left)
     sums = np.array([np.append(each.sum(), each.sum() - each) for each in (left, allowed)])  # all, and without each
     whole, *without = np.subtract(*np.log(np.maximum(sums, ROUNDING_SHARE * sums[1, 0])))
-    spread = float(np.sqrt(count - 1.0) * np.std(without))  # of the jackknife
+    spread = _jackknife_deviation(np.array(without))
     if spread <= ROUNDING_SHARE:  # all alike, or only one
         return float(whole > 0.0)
     return student(float(whole) / spread, count - 1)

@@ -15,7 +15,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.levenberg_marquardt import CONVERGED, Iterate, LeastSquares, Nielsen, minimise
-from synth.estimation.normal_equations import ArrowNormal, Information, ParameterStep, StepLimits
+from synth.estimation.normal_equations import ArrowNormal, Information, ParameterStep, StepLimits, TrialNormal
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
 from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
@@ -232,8 +232,7 @@ def reduced_by_trial(
         lanes = found.lanes[t] if found.lanes else model.sensitivity(recordings[t], found.values, local)
         part = _normal(recordings[t], lanes, stage.weights.noise[t], len(found.values), stage.weights.rounding)
         _own_priors(part, problem, t, local)
-        own = np.linalg.solve(part.own, np.column_stack([part.cross.T, part.own_gradient]))
-        reduced.append((part.common - part.cross @ own[:, :-1], part.gradient - part.cross @ own[:, -1]))
+        reduced.append(TrialNormal(part.common, part.cross, part.own, part.gradient, part.own_gradient).reduced())
     return reduced
 
 

@@ -46,7 +46,7 @@ def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) ->
         if trial.held_out:
             entry["held_out"] = True
         off = _torque_drives(project.leg) if rig.trials[number].known is None else []
-        if off:  # a file of theirs without a torque is refused otherwise
+        if off:  # else each case would warn of a current that is missing
             entry["drive_off"] = [rig.nominal.names[j] for j in off]
         entries.append(entry)
         _write_trial(folder / file, project.leg, rig, number, planted.readings[number])

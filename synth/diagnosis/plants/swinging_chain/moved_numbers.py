@@ -152,5 +152,4 @@ def _place(k: int, leg: Leg) -> tuple[str, str]:
 
 def _rms(plant: Plant[EvaluatedHypothesis, T, Array], fit: EvaluatedHypothesis) -> float:
     """RMS error of the scored trials, rad."""
-    squares = plant.squares(plant.as_read(plant.predict(fit, plant.scored)))
-    return float(np.sqrt(squares.sum() / max(float(plant.samples()[0].sum()), 1.0)))
+    return plant.rms(plant.as_read(plant.predict(fit, plant.scored)))
