@@ -14,6 +14,7 @@ from diagnosis.test_stated_numbers import BY_CURRENT, current_driven
 from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plant import Plant
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, PredictionErrors
 from synth.files.gap_project import Tolerance
@@ -38,6 +39,7 @@ def told(x: Array, need: float, hypothesis: tuple[Any, ...] = ()) -> Any:
         squares=squares,
         samples=lambda: (COUNTS, NOISE**2 * COUNTS),
     )
+    plant.rms = lambda predicted: Plant.rms(plant, predicted)
     errors = PredictionErrors({"as_designed": GAP**2 * COUNTS}, COUNTS, NOISE**2 * COUNTS, seed=0)
     fit = replace(EvaluatedHypothesis((), x, ()), hypothesis=hypothesis)
     return moved_numbers(plant, TWO, USUAL, fit, errors)
