@@ -13,8 +13,8 @@ from diagnosis.simulated_releases import TWO
 from diagnosis.test_stated_numbers import BY_CURRENT, current_driven
 from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plant import Plant
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, PredictionErrors
 from synth.files.gap_project import Tolerance
