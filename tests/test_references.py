@@ -38,7 +38,19 @@ DISCOVERED = {
     "synth.commands": {"add_arguments", "run"},
     "synth.jump.effects": {"EFFECT", "change"},
     "synth.swing.effects": {
-        *("EFFECT", "along", "bounded", "change", "drive", "extend", "read", "start", "to_rotation", "torque"),
+        *(
+            "EFFECT",
+            "along",
+            "bounded",
+            "change",
+            "deviation",
+            "drive",
+            "extend",
+            "read",
+            "start",
+            "to_rotation",
+            "torque",
+        ),
     },
 }
 # Methods, docstrings and comments by the text, which `ruff format` lays out: whose attribute a name is, a tree does not

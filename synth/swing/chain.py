@@ -386,8 +386,9 @@ def simulate(
         wide[:, own] = known_torque[1]
         known_torque = (known_torque[0], wide)
     inputs = signals if signals is None or legs.n == n else signals.widened(legs.n, own)
-    motion = chain.run(lanes, times, tolerance, rates=rates, known_torque=known_torque, signals=inputs)[:, :, 0]
-    motion = motion[:, [*own, *[legs.n + j for j in own]] if rates else own]
+    out = chain.run(lanes, times, tolerance, rates=rates, known_torque=known_torque, signals=inputs)[:, :, :1]
+    read = [legs.as_read(out[:, : legs.n]), *([legs.as_read(out[:, legs.n :])] if rates else [])]
+    motion = np.concatenate(read, axis=1)[:, :, 0]
     if not np.all(np.isfinite(motion)):
         raise ArithmeticError(f"the motion of {leg.name!r} diverged or is too stiff to follow")
     return motion

@@ -210,10 +210,17 @@ def _curves(layout: Layout, at: Callable[[str], str]) -> list[str]:
 
 def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
     """Lines of ``extra_torques`` for servos, see ``lane_layout.SERVOS``."""
+
+    def beyond(block: str) -> str:
+        return f"Z[{(layout.row(block) + 1) * LANES} + e]"
+
     duty, winding = (", ".join(at(name) for name in names) for names in (DUTY, WINDING))
+    # Behind a gear's play the controller reads the hinge of the play too, which is the next one; of the last joint the
+    # row after its block is read, times zero.
     seen = [
-        f"            error = {at('command')} - {at('rotation')}",
-        f"            duty = servo_duty(error, {at('rate')}, {duty}) + {at('servo_open_duty')}",
+        f"            error = {at('command')} - ({at('rotation')} + {at('controlled_beyond')} * {beyond('rotation')})",
+        f"            turning = {at('rate')} + {at('controlled_beyond')} * {beyond('rate')}",
+        f"            duty = servo_duty(error, turning, {duty}) + {at('servo_open_duty')}",
     ]
     warm = _warm(layout, at)
     free = f"free = unlimited_torque(duty, {at('rate')}, {{}}, {winding}, {warm})"

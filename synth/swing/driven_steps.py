@@ -28,6 +28,7 @@ ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD,
         "servo_phase", "servo_duty_steps", "held_duty", "next_control",
     )
 )  # fmt: skip
+BEYOND = Layout(1).row("controlled_beyond") * LANES
 SLEW_RATE, SLEW_FROM, SLEW_SINCE, SLEW_GOAL, SLEW_SHOWN, SLEW_SLOPE, SLEW_SHORT = (
     Layout(1).row(block) * LANES
     for block in (
@@ -270,8 +271,8 @@ def _control(Z, n, j, known, commands_held, t, sample, start):  # type: ignore[n
                 Z[SLEW_FROM + e] = command
             command = _limited_step(Z, e, command, period)
         duty = servo_duty(
-            command - Z[ROTATION + e],
-            Z[RATE + e],
+            command - (Z[ROTATION + e] + Z[BEYOND + e] * Z[ROTATION + e + LANES]),
+            Z[RATE + e] + Z[BEYOND + e] * Z[RATE + e + LANES],
             Z[DUTY_GAIN + e],
             Z[DAMPING + e],
             Z[DEAD + e],

@@ -49,6 +49,7 @@ _ONE_A_JOINT = (
     *DRIVE,
     *SERVO,
     *SIGNALS,
+    "controlled_beyond",  # 1: the servo's encoder sits behind a gear's play, and reads the next hinge too; else 0
     "sine", "cosine",  # of the link's angle from straight down, see ``chain_source.link_directions``
     "drive_torque",  # of the servo, on q
     "duty",  # of a servo on a common source

@@ -38,7 +38,9 @@ class LegLanes:
     resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet in ``servo``
     and ``armature`` but in ``servo_numbers`` and ``own_inertia``: so it follows what changes a motor's constants.
     ``own_emf`` (n,) True for a motor whose back-EMF constant is stated beside its torque constant.
-    ``weightless`` (n,) links on which gravity does no work (a sliding base).
+    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``read_beyond`` and
+    ``controlled_beyond`` (n, n_lane) 1 where the encoder of the recording, and that of the servo's controller, sit
+    behind a gear's play: they read the joint's rotation and that of the next hinge; else 0.
     ``torques`` : name of a torque effect -> (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and
     slopes (2, 12) of each joint, or None.
     """
@@ -64,6 +66,8 @@ class LegLanes:
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
     source: Array = field(default_factory=lambda: np.zeros(1))
+    read_beyond: Array = field(default_factory=lambda: np.zeros((1, 1)))
+    controlled_beyond: Array = field(default_factory=lambda: np.zeros((1, 1)))
     newest: int = -1  # index of the link that was inserted last, before others of the same effect
 
     @property
@@ -113,6 +117,8 @@ class LegLanes:
             own_emf=np.array([_own_emf(joint.drive) for joint in joints]),
             own=tuple(range(len(joints))),
             source=np.zeros(n_lane),
+            read_beyond=np.zeros((len(joints), n_lane)),
+            controlled_beyond=np.zeros((len(joints), n_lane)),
         )
         for index, joint in enumerate(joints):
             for name, given in joint.effects.items():
@@ -150,6 +156,8 @@ class LegLanes:
             torques={name: wide(values) for name, values in self.torques.items()},
             tilt=wide(self.tilt),
             source=wide(self.source),
+            read_beyond=wide(self.read_beyond),
+            controlled_beyond=wide(self.controlled_beyond),
             weightless=self.weightless.copy(),
             drive=wide(self.drive),
             servo=wide(self.servo),
@@ -188,16 +196,34 @@ class LegLanes:
     def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
         """Rotations (n_link, n_lane) rad with the initial ones of the links that a structure effect just inserted."""
         full = np.insert(rotation, [self.newest] * (self.n - len(rotation)), 0.0, axis=0)
-        full[self.newest : self.newest + self.n - len(rotation)] = effect.function("start")(self, self.own[joint], full)
+        at, count = self.own[joint], self.n - len(rotation)
+        full[self.newest : self.newest + count] = effect.function("start")(self, at, full)
+        if self.read_beyond.any():  # the given rotation is what the encoder reads
+            full[at] -= self.read_beyond[at] * full[self.newest]
         return full
 
-    def initial_deviation(self, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
-        """Largest initial deviation (n_lane,) rad and velocity rad/s of a compliant link from its held position.
+    def as_read(self, motion: Array) -> Array:
+        """(n_time, n, n_lane) of the leg's own joints as encoders without error read them.
+
+        ``motion`` (n_time, n_link, n_lane) rotations or rates of all links.
+        """
+        own = list(self.own)
+        found: Array = motion[:, own] if self.n > len(own) else motion[:, : self.n]
+        for j in np.flatnonzero(self.read_beyond[own].any(axis=1)).tolist():
+            found[:, j] += self.read_beyond[own[j]] * motion[:, own[j] + 1]
+        return found
+
+    def initial_deviation(self, effect: Effect, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
+        """Largest initial deviation (n_lane,) rad and velocity rad/s of an added link from its held position.
 
         In a recording that begins after the release, the mount or the bending link already moves. Its deviation is the
         deflection by ``INITIAL_ACCELERATION`` of the carried weight and by the joint's spring. Its velocity follows
-        from its natural frequency. ``link``, ``joint`` : indices in this chain.
+        from its natural frequency. An effect whose links have no spring has a function ``deviation`` of its own.
+        ``link``, ``joint`` : indices in this chain.
         """
+        if effect.deviation:
+            far, fast = effect.function(effect.deviation)(self, link)
+            return far, fast
         ends = np.cumsum(self.length[link:], axis=0)
         reach = ends - self.length[link:] + self.com[link:]
         moment = np.abs((self.mass[link:] * reach).sum(axis=0))
@@ -238,6 +264,8 @@ class LegLanes:
             servo=np.insert(self.servo, before, 0.0, axis=1),
             torque_limit=np.insert(self.torque_limit, before, UNLIMITED, axis=0),
             winding=np.insert(self.winding, before, 1.0, axis=0),
+            read_beyond=np.insert(self.read_beyond, before, 0.0, axis=0),
+            controlled_beyond=np.insert(self.controlled_beyond, before, 0.0, axis=0),
             own_emf=np.insert(self.own_emf, before, values=False),
             own=own,
             newest=before,
@@ -295,6 +323,7 @@ class LegLanes:
             for block, numbers in zip(SERVO, self.servo_numbers(), strict=True):
                 lanes[layout.rows(block)] = numbers
             lanes[layout.rows("slew_short")] = SLEW_SHORT
+            lanes[layout.rows("controlled_beyond")] = self.controlled_beyond
         for block, values in (
             ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
             ("length", self.length), ("carried_mass", carried), ("first_moment", moment),

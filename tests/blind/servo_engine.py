@@ -3,7 +3,8 @@
 Independent of the diagnosing program: fixed steps of ``STEP`` with torques at their middle, friction as the torque
 that would stop the joint within a step, cut off at its budget (as in Duclusaud et al., BAM, arXiv 2410.08650, section
 III.C), the controller at its own period with the command held between (no interpolation), the winding at steady
-current.
+current. Play of a gear has rigid flanks: blows by Newton's restitution, then rotor and link as one body until their
+contact would have to pull.
 """
 
 from __future__ import annotations
@@ -29,7 +30,12 @@ FRICTION = ("dry", "rest", "speed", "power", "of_motor", "of_load", "viscous")
 OTHER = ("rate", "cogging", "cogs", "integral", "smooth")
 # Winding: growth of its resistance in the end at a torque of ``reference``, two thirds of it after ``warming`` s.
 HEAT = ("rise", "reference", "warming")
-COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER, *HEAT)
+# Play of the gear, rad, and on which side of it the recorded angle and the controller's are read (1: the link's).
+GEAR = ("play", "read_beyond", "controlled_beyond")
+COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER, *HEAT, *GEAR)
+RESTITUTION = 0.3  # of a blow of the flanks
+STILL = 2e-3  # rad/s: after a blow with less, the flanks stay together
+FREE, LOCKED = 0, 2  # of a joint's mode: within the play, without play; -1 and 1: at a flank
 AT = {name: k for k, name in enumerate(COLUMNS)}
 
 
@@ -71,17 +77,28 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
     h = spacing / per
     q, w = command[0].copy(), np.zeros(n)
     duty, wound, slewed, smooth = np.zeros(n), np.zeros(n), command[0].copy(), command[0].copy()
-    motor, load, free, warm = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    motor, load, warm = np.zeros(n), np.zeros(n), np.zeros(n)
     qm, wm, before = q.copy(), w.copy(), w.copy()  # in the middle of a step; rates at the end of the one before
+    mode, rotor, turning = _at_rest(joints, q)
+    rm, tm, ago = rotor.copy(), turning.copy(), turning.copy()  # the same of the rotors
+    seen, rate = np.zeros(n), np.zeros(n)
     out = np.empty((count, n))
     for i in range(count):
-        out[i] = q
+        for j in range(n):
+            out[i, j] = q[j] if mode[j] == LOCKED or joints[j, 29] > 0.0 else rotor[j]
         for s in range(per if i < count - 1 else 0):
             now = i * spacing + s * h
             for j in range(n):
                 qm[j] = q[j] + 0.5 * h * w[j]
                 wm[j] = w[j] + 0.5 * (w[j] - before[j])
                 before[j] = w[j]
+                rm[j] = rotor[j] + 0.5 * h * turning[j]
+                tm[j] = turning[j] + 0.5 * (turning[j] - ago[j])
+                ago[j] = turning[j]
+                own = mode[j] == LOCKED or joints[j, 30] > 0.0
+                seen[j], rate[j] = (qm[j], wm[j]) if own else (rm[j], tm[j])
+                if mode[j] == LOCKED:
+                    rm[j], tm[j] = qm[j], wm[j]
             if (i * per + s) % PERIOD == 0:
                 for j in range(n):
                     p = joints[j]
@@ -95,18 +112,41 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
                     if p[24] > 0.0:
                         smooth[j] += PERIOD * h / p[24] * (wanted - smooth[j])
                         wanted = smooth[j]
-                    error = wanted - qm[j]
+                    error = wanted - seen[j]
                     error -= min(max(error, -p[10]), p[10])
                     wound[j] = min(max(wound[j] + p[23] * error * PERIOD * h, -p[6]), p[6])
-                    duty[j] = min(max(p[4] * error - p[5] * wm[j] + wound[j], -p[6]), p[6])
-            _torques(joints, source, supply, duty, qm, wm, motor, load, warm, h)
-            _step(joints, h, q, w, qm, wm, motor, load, free)
+                    duty[j] = min(max(p[4] * error - p[5] * rate[j] + wound[j], -p[6]), p[6])
+            _torques(joints, source, supply, duty, qm, rm, tm, motor, load, warm, h)
+            _step(joints, h, q, w, qm, wm, motor, load, mode, rotor, turning, rm, tm)
     return out
 
 
 @njit(cache=True)
-def _torques(joints, source, supply, duty, q, w, motor, load, warm, h):  # type: ignore[no-untyped-def]
-    """Motors' torques and gravity's, and the growth of the windings' resistances after h s, in place."""
+def _at_rest(joints, q):  # type: ignore[no-untyped-def]
+    """Modes, and the rotors' angles and rates at the start: with play each link hangs at a flank.
+
+    ``q`` is what the encoders read; it becomes the links' angles.
+    """
+    n = len(q)
+    mode, rotor, load = np.full(n, LOCKED), q.copy(), np.zeros(n)
+    _weight(joints, q, load)
+    for j in range(n):
+        play = joints[j, 28]
+        if play > 0.0:
+            mode[j] = 1 if load[j] > 0.0 else -1
+            if joints[j, 29] > 0.0:
+                rotor[j] = q[j] - mode[j] * 0.5 * play
+            else:
+                q[j] = rotor[j] + mode[j] * 0.5 * play
+    return mode, rotor, np.zeros(n)
+
+
+@njit(cache=True)
+def _torques(joints, source, supply, duty, q, rotor, w, motor, load, warm, h):  # type: ignore[no-untyped-def]
+    """Motors' torques and gravity's, and the growth of the windings' resistances after h s, in place.
+
+    ``rotor`` rad and ``w`` rad/s of the rotors.
+    """
     volts = _behind_source(joints, source, supply, duty, w, warm)
     for j in range(len(q)):
         p = joints[j]
@@ -116,7 +156,13 @@ def _torques(joints, source, supply, duty, q, w, motor, load, warm, h):  # type:
         if p[25] != 0.0:
             warm[j] += h / p[27] * (p[25] * (motor[j] / p[26]) ** 2 * (1.0 + warm[j]) - warm[j])
         if p[21] != 0.0:
-            motor[j] += p[21] * math.sin(p[22] * q[j])
+            motor[j] += p[21] * math.sin(p[22] * rotor[j])
+    _weight(joints, q, load)
+
+
+@njit(cache=True)
+def _weight(joints, q, load):  # type: ignore[no-untyped-def]
+    """Torques of gravity, in place."""
     g = 9.81
     if len(q) == 1:
         load[0] = -joints[0, 1] * g * joints[0, 2] * math.sin(q[0])
@@ -150,39 +196,96 @@ def _behind_source(joints, source, supply, duty, w, warm):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def _step(joints, h, q, w, qm, wm, motor, load, free):  # type: ignore[no-untyped-def]
-    """One step of h s in place; with two links each joint's friction sees the inertia that the other leaves free."""
+def _step(joints, h, q, w, qm, wm, motor, load, mode, rotor, turning, rm, tm):  # type: ignore[no-untyped-def]
+    """One step of h s in place. A joint within its play moves link and rotor apart; else the rotor is of the link."""
     n = len(q)
+    held = np.zeros(n)  # torque of friction on what turns with the link
+    gain = np.zeros(n)
     if n == 1:
         p = joints[0]
-        inertia = p[3] + p[1] * p[2] * p[2] + p[12]
-        acting = motor[0] + load[0]
-        acting += _friction(p, acting, inertia, motor[0], load[0], w[0], wm[0], h)
-        w[0] += h * acting / inertia
-        q[0] = qm[0] + 0.5 * h * w[0]
+        inertia = p[3] + p[1] * p[2] * p[2]
+        acting = load[0]
+        if mode[0] != FREE:
+            inertia += p[12]
+            acting += motor[0]
+            held[0] = _friction(p, acting, inertia, motor[0], load[0], w[0], wm[0], h)
+            acting += held[0]
+        gain[0] = acting / inertia
+        _advance(joints, h, q, w, qm, gain, held, motor, load, mode, rotor, turning, rm, tm)
+        if joints[0, 28] > 0.0:
+            _meet(0, 1.0 / (p[3] + p[1] * p[2] * p[2]), 0.0, joints, q, w, mode, rotor, turning)
         return
     a, b = joints[0], joints[1]
     c = b[1] * a[0] * b[2]
     far = b[3] + b[1] * b[2] * b[2]
-    m11 = a[3] + a[1] * a[2] * a[2] + b[1] * a[0] * a[0] + far + 2.0 * c * math.cos(qm[1]) + a[12]
+    near = a[3] + a[1] * a[2] * a[2] + b[1] * a[0] * a[0] + far + 2.0 * c * math.cos(qm[1])
+    m11 = near + (a[12] if mode[0] != FREE else 0.0)
     m12 = far + c * math.cos(qm[1])
-    m22 = far + b[12]
-    turning = c * math.sin(qm[1])
-    f0 = motor[0] + load[0] + turning * (2.0 * wm[0] * wm[1] + wm[1] * wm[1])
-    f1 = motor[1] + load[1] - turning * wm[0] * wm[0]
+    m22 = far + (b[12] if mode[1] != FREE else 0.0)
+    bend = c * math.sin(qm[1])
+    f0 = load[0] + bend * (2.0 * wm[0] * wm[1] + wm[1] * wm[1]) + (motor[0] if mode[0] != FREE else 0.0)
+    f1 = load[1] - bend * wm[0] * wm[0] + (motor[1] if mode[1] != FREE else 0.0)
     det = m11 * m22 - m12 * m12
     # Joint by joint, each with the other's latest friction: four rounds settle what sticks.
-    r0, r1 = 0.0, 0.0
     for _ in range(4):
-        seen = f0 - m12 / m22 * (f1 + r1)
-        r0 = _friction(a, seen, det / m22, motor[0], load[0], w[0], wm[0], h)
-        seen = f1 - m12 / m11 * (f0 + r0)
-        r1 = _friction(b, seen, det / m11, motor[1], load[1], w[1], wm[1], h)
-    free[0] = (m22 * (f0 + r0) - m12 * (f1 + r1)) / det
-    free[1] = (m11 * (f1 + r1) - m12 * (f0 + r0)) / det
-    for j in range(2):
-        w[j] += h * free[j]
+        if mode[0] != FREE:
+            seen = f0 - m12 / m22 * (f1 + held[1])
+            held[0] = _friction(a, seen, det / m22, motor[0], load[0], w[0], wm[0], h)
+        if mode[1] != FREE:
+            seen = f1 - m12 / m11 * (f0 + held[0])
+            held[1] = _friction(b, seen, det / m11, motor[1], load[1], w[1], wm[1], h)
+    gain[0] = (m22 * (f0 + held[0]) - m12 * (f1 + held[1])) / det
+    gain[1] = (m11 * (f1 + held[1]) - m12 * (f0 + held[0])) / det
+    _advance(joints, h, q, w, qm, gain, held, motor, load, mode, rotor, turning, rm, tm)
+    if a[28] > 0.0:
+        m = far + (b[12] if mode[1] != FREE else 0.0)
+        det = near * m - m12 * m12
+        _meet(0, m / det, -m12 / det, joints, q, w, mode, rotor, turning)
+    if b[28] > 0.0:
+        m = near + (a[12] if mode[0] != FREE else 0.0)
+        det = m * far - m12 * m12
+        _meet(1, m / det, -m12 / det, joints, q, w, mode, rotor, turning)
+
+
+@njit(cache=True)
+def _advance(  # type: ignore[no-untyped-def]
+    joints, h, q, w, qm, gain, held, motor, load, mode, rotor, turning, rm, tm
+):
+    """Move links by their accelerations ``gain``, and rotors; a flank that would have to pull lets go."""
+    for j in range(len(q)):
+        p = joints[j]
+        w[j] += h * gain[j]
         q[j] = qm[j] + 0.5 * h * w[j]
+        if mode[j] == FREE:
+            rubbed = _friction(p, motor[j], p[12], motor[j], load[j], turning[j], tm[j], h)
+            turning[j] += h * (motor[j] + rubbed) / p[12]
+            rotor[j] = rm[j] + 0.5 * h * turning[j]
+        elif mode[j] != LOCKED:
+            turning[j] = w[j]
+            rotor[j] = q[j] - mode[j] * 0.5 * p[28]
+            from_link = p[12] * gain[j] - motor[j] - held[j]
+            if mode[j] * from_link < 0.0:
+                mode[j] = FREE
+
+
+@njit(cache=True)
+def _meet(j, own, other, joints, q, w, mode, rotor, turning):  # type: ignore[no-untyped-def]
+    """A blow where rotor and link have met: ``own``, ``other`` rad/s that each joint's link gains by 1 N m s there."""
+    p = joints[j]
+    apart = q[j] - rotor[j]
+    side = 1 if apart > 0.0 else -1
+    closing = side * (w[j] - turning[j])
+    if mode[j] != FREE or side * apart < 0.5 * p[28] or closing <= 0.0:
+        return
+    blow = -side * (1.0 + RESTITUTION) * closing / (own + 1.0 / p[12])
+    w[j] += own * blow
+    if len(w) > 1:
+        w[1 - j] += other * blow
+    turning[j] -= blow / p[12]
+    if RESTITUTION * closing < STILL:
+        mode[j] = side
+        turning[j] = w[j]
+        rotor[j] = q[j] - side * 0.5 * p[28]
 
 
 @njit(cache=True)

@@ -69,6 +69,16 @@ def _stribeck(rig: Rig, j: int, size: float) -> Rig:
     return rig.changed(j, dry=0.35 * most * size, rest=0.65 * most * size, speed=0.4, power=1.5)
 
 
+# Where the recorded angle and the controller's are read: the encoder on the output, a second one there, on the rotor.
+ENCODERS = ((1.0, 1.0), (1.0, 0.0), (0.0, 0.0))
+
+
+def _gear_play(rig: Rig, j: int, size: float) -> Rig:
+    """Up to 8 deg; the encoders' places are drawn by the digits of the link's length, which sizes do not change."""
+    read, controlled = ENCODERS[int(float(rig.joints[j, 0]) * 1e9) % len(ENCODERS)]
+    return rig.changed(j, play=0.14 * size, read_beyond=read, controlled_beyond=controlled)
+
+
 LIBRARY: dict[str, Change] = {
     "gear_friction": lambda rig, j, size: rig.changed(j, of_motor=0.5 * size, of_load=0.03 * size),
     "coulomb_friction": lambda rig, j, size: rig.changed(j, dry=0.4 * _level(rig, j) * size),
@@ -82,6 +92,7 @@ LIBRARY: dict[str, Change] = {
     "torque_constant": _scale("constant", 0.7),
     "winding_resistance": _scale("resistance", 0.9),
     "voltage_sag": lambda rig, j, size: Rig(rig.joints, rig.source + 3.0 * rig.joints[0, 8] * size),
+    "gear_play": _gear_play,
     "armature": lambda rig, j, size: rig.changed(
         j, rotor=float(rig.joints[j, 12]) + 3.0 * _level(rig, j) / 30.0 * size
     ),

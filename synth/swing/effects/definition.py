@@ -43,7 +43,7 @@ __all__ = ["Effect", "Parameter", "Prior", "Shape", "SimplerEffect", "positive",
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
 Need = Literal[
     "spring", "no spring", "damper", "armature", "no armature", "torque", "servo", "held commands", "motor",
-    "stated supply", "shared supply", "time to warm",
+    "stated supply", "shared supply", "time to warm", "driven rotor",
 ]  # fmt: skip
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",
@@ -73,11 +73,13 @@ class Effect(PlantEffect):
     steps; a joint cannot have two of them.
     ``belongs_to`` : the part with which a design replaces the effect; an effect of the joint itself remains.
     ``needs`` : the joint, or the leg, must have one of these: a spring or damper with a rate, an armature, a known
-    torque in some trial.
+    torque in some trial. A driven rotor has an inertia, and neither spring nor damper beside it.
     ``changes`` : of the way "leg", the keys of the leg file that hold the numbers it changes, in words.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
     a given rate, 1/s.
+    ``deviation`` : of the way "structure", name of its function ``(legs, link)`` that returns how far, rad, and how
+    fast, rad/s, an added link may be off where ``start`` puts it; empty: see ``LegLanes.initial_deviation``.
     """
 
     way: Way
@@ -95,6 +97,7 @@ class Effect(PlantEffect):
     changes: str = ""
     shows_locked: bool = False
     bounds: str = ""
+    deviation: str = ""
 
     def function(self, name: str = "") -> Callable[..., Any]:
         """The function of its module that applies it."""

@@ -281,6 +281,9 @@ def _properties_of_joint(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> 
     if any(torque is not None and np.any(torque[1][:, joint] != 0.0) for torque in known):
         found.add("torque")
     drive = leg.joints[joint].drive
+    moved = drive is not None or "torque" in found
+    if moved and leg.joints[joint].with_whole_rotor > 0.0 and found.isdisjoint({"spring", "damper"}):
+        found.add("driven rotor")
     if isinstance(drive, Servo):
         found |= {"servo"} if drive.gain else set()
         found |= {"held commands"} if drive.gain and not drive.linear_commands else set()

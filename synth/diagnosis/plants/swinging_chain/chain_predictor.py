@@ -158,12 +158,13 @@ class Predictor:
             max_steps=MOST_STEPS,
             unit=trials[0].time_unit,
         )
-        found = out if out.shape[1] == n else out[:, own]
+        found = legs.as_read(out[:, : legs.n])
         if common.readings:
+            turning = legs.as_read(out[:, legs.n :])
             for trial, begin, end in zip(trials, first[:-1], first[1:], strict=True):
                 for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
-                    turning = out[begin:end, legs.n + own[j]]
-                    found[begin:end, j] = self._as_read(common.readings, j, trial.time, found[begin:end, j], turning)
+                    now = turning[begin:end, j]
+                    found[begin:end, j] = self._as_read(common.readings, j, trial.time, found[begin:end, j], now)
         return found
 
     def _common(self, trial: AngleTrial, blocks: Sequence[Block], between: Places, kept: PredictorCache) -> _CommonLegs:
@@ -338,7 +339,10 @@ def _initial_motion(
         rates = np.insert(rates, [links.start] * len(links), 0.0, axis=0)
         held = rotation.copy()
         for k, link in enumerate(links):
-            far, fast = legs.initial_deviation(link, legs.own[candidate.joint], held)
-            rotation[link] += far * departures[place][2 * k]
-            rates[link] += fast * departures[place][2 * k + 1]
+            at = legs.own[candidate.joint]
+            far, fast = legs.initial_deviation(candidate.effect, link, at, held)
+            for motion, most, share in ((rotation, far, 2 * k), (rates, fast, 2 * k + 1)):
+                off = most * departures[place][share]
+                motion[link] += off
+                motion[at] -= legs.read_beyond[at] * off  # what the encoder reads stays
     return np.concatenate([rotation, rates])

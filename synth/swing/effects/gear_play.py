@@ -1,0 +1,120 @@
+"""Play of a driven joint's gear: the rotor on one side, the link on the other, flanks between them.
+
+The rotor with its gear is a link of its own, without length or mass; the joint's link follows at a second hinge, which
+turns freely within the play. The flanks are those of ``joint_stop``: no event is located. What acts at the joint
+(drive, armature, friction) acts on the rotor's side.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, size
+from synth.swing.effects.joint_stop import EFFECT as JOINT_STOP
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_lanes import LegLanes
+
+LEAST_ROTOR = 0.01  # of the link's inertia about its joint: a lighter rotor only costs steps
+DEPTH = 0.01  # rad, to which the flanks' torque refers; they are linear, so it does not matter
+# In natural units. Shorter contacts change a motion by a fiftieth of what the play does; duller ones by less
+# (tests/drives/test_gear_play.py).
+SHORT, DULL = 0.05, 40.0
+AT_FLANK = 0.3  # of g: the link may accelerate so much towards the other flank when a recording begins
+
+
+def extend(
+    legs: LegLanes,
+    joint: int,
+    play: Array,
+    contact: Array,
+    damping: Array,
+    read_beyond: Array,
+    controlled_beyond: Array,
+) -> LegLanes:
+    """Part the joint's link from its rotor, and connect them by a hinge with the play."""
+    numbers = {name: getattr(legs, name)[joint].copy() for name in ("length", "mass", "com", "inertia")}
+    about_joint = legs.inertia[joint] + legs.mass[joint] * legs.com[joint] ** 2
+    made = legs.with_link(joint + 1, **numbers)
+    for name in numbers:
+        getattr(made, name)[joint] = 0.0
+    made.inertia[joint] = np.maximum(LEAST_ROTOR * about_joint - made.own_inertia[joint], 0.0)
+    rotor = made.own_inertia[joint] + made.inertia[joint]
+    stiffness = (np.pi / contact) ** 2 * rotor * about_joint / (rotor + about_joint)
+    half, one = 0.5 * np.asarray(play), np.ones(legs.n_lane)
+    flanks = half * one, -half * one, stiffness * one, damping * one, one, DEPTH * one
+    made.put(JOINT_STOP, joint + 1, np.array(flanks))
+    made.read_beyond[joint] = read_beyond
+    made.controlled_beyond[joint] = controlled_beyond
+    return made
+
+
+def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
+    """Rotation (n_lane,) rad of the link within the play when a recording begins: its weight holds it at a flank."""
+    link = joint + 1
+    angle = legs.tilt + np.cumsum(rotation, axis=0)
+    carried = np.cumsum(legs.mass[::-1], axis=0)[::-1]
+    moment = legs.mass * legs.com
+    moment[:-1] += carried[1:] * legs.length[:-1]
+    weight = -legs.gravity * (moment * np.sin(angle) * (1.0 - legs.weightless[:, None]))[link:].sum(axis=0)
+    upper, _, stiffness, *_ = legs.torques[JOINT_STOP.name][:, link]
+    return np.asarray(np.sign(weight) * upper + weight / stiffness)
+
+
+def deviation(legs: LegLanes, link: int) -> tuple[Array, Array]:
+    """How far (n_lane,) rad, and how fast, rad/s, the link may be off that flank when a recording begins."""
+    half = legs.torques[JOINT_STOP.name][0, link]
+    reach = np.cumsum(legs.length[link:], axis=0) - legs.length[link:] + legs.com[link:]
+    moment = np.abs((legs.mass[link:] * reach).sum(axis=0))
+    moving = (legs.inertia[link:] + legs.mass[link:] * reach**2).sum(axis=0)
+    return half, np.sqrt(2.0 * half * AT_FLANK * legs.gravity * moment / moving)
+
+
+def _shape(read: float, controlled: float) -> Shape:
+    """A shape for where the encoder and the controller read."""
+    held = {"contact": SHORT, "damping": DULL, "read_beyond": read, "controlled_beyond": controlled}
+    return Shape(("play",), held, ({"play": 0.04},), needs=("servo",) if controlled else ())
+
+
+EFFECT = Effect(
+    name="gear_play",
+    meaning="play of a drive's gear: the rotor turns a little without the link",
+    phrase="has play in its gear",
+    needs=("driven rotor",),
+    formula="rotor and link apart, between them J (pi / contact)^2 x max(0, 1 + damping dx/dt) at depth x of a flank, "
+    "1/J = 1/rotor + 1/link (about the joint)",
+    source="Nordin & Gutman, Automatica 38 (2002) 1633; flanks: Hunt & Crossley, J. Applied Mechanics 42 (1975) 440",
+    way="structure",
+    parameters=(
+        Parameter("play", "rad", prior=size(0.1), meaning="full width, at the joint"),
+        Parameter(
+            "contact",
+            "s",
+            0.002,
+            above=0.0,
+            meaning="duration of a blow without damping: the flanks' stiffness, with rotor and link on either side",
+        ),
+        Parameter("damping", "s/rad", 1.0, meaning="relative increase of a flank's torque per rad/s of closing"),
+        Parameter(
+            "read_beyond",
+            "1",
+            0.0,
+            natural=False,
+            meaning="1: the recorded angle is the link's; 0: that of the gear on the rotor's side",
+        ),
+        Parameter(
+            "controlled_beyond",
+            "1",
+            0.0,
+            natural=False,
+            meaning="1: the servo controls the link's angle; 0: that of the gear on the rotor's side",
+        ),
+    ),
+    stated=("play",),
+    strengths=("play",),
+    deviation="deviation",
+    shapes=(_shape(1.0, 1.0), _shape(1.0, 0.0), _shape(0.0, 0.0)),
+)
