@@ -20,7 +20,7 @@ MOST_CLUSTERS = 6  # on the screen; JSON and page list all
 # Effects shown on the screen; the JSON and the page list all. Those of a drive have a row where some joint has it.
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "spring_hysteresis", "latency", "link_mass")
 OF_TORQUES = ("torque_gain", "torque_offset", "torque_delay")
-OF_SERVOS = ("servo_gain", "dead_band", "command_delay", "command_rate_limit")
+OF_SERVOS = ("servo_gain", "dead_band", "command_delay", "command_rate_limit", "gear_play")
 OF_MOTORS = ("torque_constant", "winding_resistance", "current_limit", "gear_friction", "voltage_sag")
 
 

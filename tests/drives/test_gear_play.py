@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from blind.servo_engine import COLUMNS, Rig, follow
 from synth.arrays import Array
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
+from synth.files.gap_project import read_gap_project
+from synth.files.leg_file import write_leg
 from synth.swing.chain import simulate
 from synth.swing.effects.gear_play import LEAST_ROTOR
 from synth.swing.leg_model import Joint, Leg, Link
@@ -80,3 +85,75 @@ def test_play_of_a_servo_against_scipy(read: float, controlled: float) -> None:
     ours = simulate(leg(read, controlled), [0.3], [0.0], TIMES, signals=signals())[:, 0]
     theirs = elastic(read, controlled)
     assert np.abs(ours - theirs).max() < 2e-5
+
+
+RIGID = Rig(
+    np.array([[*(LINK.length, LINK.mass, LINK.com, LINK.inertia), 2.3, 0.0, 1.0, 0.4, 3.0, 1e9, 0.0, 0.0, 4e-3]
+              + [0.0, 0.0, 1.0, 1.0] + [0.0] * (len(COLUMNS) - 17)]),
+    0.0,
+)  # fmt: skip
+LOGGED = np.arange(0.0, 3.0, 0.005)  # s
+
+
+def followed(rig: Rig, rising: float) -> tuple[Array, Array]:
+    """Command and angle (m, 1) rad of the other engine: two sines about a level arm's weight, from rest."""
+    command = 0.3 + 0.6 * np.sin(rising * LOGGED) + 0.2 * np.sin(2.6 * rising * LOGGED)
+    return command[:, None], follow(rig, LOGGED, command[:, None], 7.4)
+
+
+def logged(play: float, read: float, controlled: float, rising: float) -> tuple[Array, Array]:
+    changed = RIGID.changed(0, play=play, read_beyond=read, controlled_beyond=controlled, dry=0.02)
+    return followed(changed, rising)
+
+
+def designed(effects: dict[str, dict[str, float]]) -> Leg:
+    motor = GearedMotor(3.0, 0.4, 1.0, 1.0, 0.0)
+    servo = Servo(2.3, 0.0, 0.0, 0.0, supply=7.4, motor=motor)
+    return Leg("arm", (Joint("arm", LINK, drive=servo, armature=4e-3, effects=effects),))
+
+
+@pytest.mark.parametrize(("read", "controlled"), PLACES)
+def test_soft_flanks_act_as_rigid_ones(read: float, controlled: float) -> None:
+    """Those of the diagnosis' shapes, against blows and lasting contacts of rigid bodies: most of the play's effect."""
+    play, on = math.radians(1.5), np.ones((len(LOGGED), 1))
+    dry = {"coulomb_friction": {"torque": 0.02}}
+    soft = {"play": play, "contact": 0.005, "damping": 5.0, "read_beyond": read, "controlled_beyond": controlled}
+    for rising in (4.0, 9.0):
+        command, theirs = logged(play, read, controlled, rising)
+        given = ServoSignals(LOGGED, command, 7.4 * on, on, (0,))
+        ours, without = (
+            simulate(designed(effects), command[0], [0.0], LOGGED, signals=given)
+            for effects in (dry | {"gear_play": soft}, dry)
+        )
+        left, whole = (float(np.sqrt(np.mean((each - theirs) ** 2))) for each in (ours, without))
+        assert left < 0.1 * whole
+
+
+def project(folder: Path, read: float, controlled: float) -> Path:
+    rng, entries = np.random.default_rng(5), []
+    for k, rising in enumerate((3.0, 5.0, 8.0, 6.0)):
+        command, angle = logged(math.radians(1.2), read, controlled, rising)
+        told = np.degrees(np.column_stack([angle + 1e-4 * rng.standard_normal(angle.shape), command]))
+        header = "time [s],arm [deg],arm command [deg]"
+        np.savetxt(folder / f"{k}.csv", np.column_stack([LOGGED, told]), "%.6g", ",", header=header, comments="")
+        entries.append(f"  - {{file: {k}.csv, held_out: {str(k == 3).lower()}}}")
+    write_leg(designed({}), folder / "arm.leg.yaml")
+    (folder / "gap.yaml").write_text("\n".join(["kind: gap", "leg: arm.leg.yaml", "trials:", *entries]) + "\n")
+    return folder / "gap.yaml"
+
+
+@pytest.mark.parametrize(
+    ("read", "controlled"), [PLACES[0], *(pytest.param(*place, marks=pytest.mark.slow) for place in PLACES[1:])]
+)
+def test_play_is_named_with_its_size_beside_friction(tmp_path: Path, read: float, controlled: float) -> None:
+    """Recorded by the other engine; the leg file has neither."""
+    given = read_gap_project(project(tmp_path, read, controlled))
+    found = diagnose(given.leg, given.trials, given.tolerance)
+    assert found.verdict == "effect"
+    causes = {cause.effect: cause.parameters for cause in found.explanation}
+    assert causes.keys() == {"gear_play", "coulomb_friction"}
+    play = causes["gear_play"]
+    assert play["play"].value == pytest.approx(math.radians(1.2), rel=0.05)
+    assert (play["read_beyond"].value, play["controlled_beyond"].value) == (read, controlled)
+    assert causes["coulomb_friction"]["torque"].value == pytest.approx(0.02, rel=0.05)
+    assert found.after.value < 0.1 * found.before.value

@@ -1,6 +1,6 @@
 """Backlash: a dead zone between the joint and its spring and damper.
 
-A drive always turns with the joint: play in its gear, with the rotor on the other side, is another link, and not in it.
+A drive always turns with the joint: play in its gear, with the rotor on the other side, is ``gear_play``.
 
 The flanks are rigid and not smoothed. The force jumps when the joint meets a flank with the damper behind it; the
 integrator ends a step there (``synth.swing.turning_events``). Against an integration from event to event
@@ -47,7 +47,7 @@ def start(deflection, gap):  # type: ignore[no-untyped-def]
 
 EFFECT = Effect(
     name="backlash",
-    meaning="a dead zone between the joint and its spring and damper (a drive's gear play is not in it)",
+    meaning="a dead zone between the joint and its spring and damper (a drive's: gear_play)",
     phrase="has backlash",
     needs=("spring", "damper"),
     formula="play of width gap between the joint and the massless side that holds spring and damper",

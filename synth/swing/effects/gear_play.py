@@ -103,6 +103,7 @@ EFFECT = Effect(
             "1",
             0.0,
             natural=False,
+            label="recorded behind the play",
             meaning="1: the recorded angle is the link's; 0: that of the gear on the rotor's side",
         ),
         Parameter(
@@ -110,6 +111,7 @@ EFFECT = Effect(
             "1",
             0.0,
             natural=False,
+            label="controlled behind the play",
             meaning="1: the servo controls the link's angle; 0: that of the gear on the rotor's side",
         ),
     ),
