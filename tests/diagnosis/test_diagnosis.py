@@ -219,7 +219,9 @@ def proposed_trial(built: Leg, experiment: Experiment) -> Trial:
 
 
 @pytest.mark.parametrize(
-    ("truth", "joint"), [("spring_preload", "knee"), ("base_tilt", "base")], ids=["preload", "tilt"]
+    ("truth", "joint"),
+    [("spring_preload", "knee"), pytest.param("base_tilt", "base", marks=pytest.mark.slow)],
+    ids=["preload", "tilt"],
 )
 def test_the_proposed_trial_resolves_a_tie(truth: str, joint: str) -> None:
     """A pendulum that hangs askew: a preloaded spring, a base that is not level, or an encoder that is off?"""

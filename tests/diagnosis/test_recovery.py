@@ -43,9 +43,9 @@ def size_of(values: Mapping[str, float]) -> float:
     return next(iter(values.values()))
 
 
-TORQUES: list[tuple[str, str, Mapping[str, float]]] = [
+TORQUES = [
     ("coulomb_friction", "knee", {"torque": 0.03}),
-    ("coulomb_friction", "hip", {"torque": 0.12}),
+    pytest.param("coulomb_friction", "hip", {"torque": 0.12}, marks=pytest.mark.slow),
     ("quadratic_damping", "knee", {"coefficient": 0.006}),
     ("hardening_spring", "knee", {"stiffening": 0.8}),
     ("joint_stop", "knee", {"upper": 2.2, "stiffness": 30.0, "damping": 0.05}),

@@ -79,7 +79,7 @@ def test_scaled_time_has_the_same_cause_and_figures(scale: float, sprung: bool) 
         assert usual.after.value < 1.5 * usual.noise_floor.value  # alone, it explains all
 
 
-@pytest.mark.parametrize("scale", [SCALES[0], SCALES[2]])
+@pytest.mark.parametrize("scale", [SCALES[0], pytest.param(SCALES[2], marks=pytest.mark.slow)])
 def test_scaled_time_without_a_cause_has_none(scale: float) -> None:
     usual, other = diagnosed(1.0, True, 0.0), diagnosed(scale, True, 0.0)
     assert usual.verdict == other.verdict == "none"

@@ -46,10 +46,15 @@ def fitted(case: Case, **changes: object) -> FitResult:
 
 @pytest.mark.parametrize(
     ("effect", "seed"),
-    [("coulomb_friction", 980043), ("coulomb_friction", 980054), ("coulomb_friction", 980056),
-     ("quadratic_damping", 980049), ("quadratic_damping", 980015), ("quadratic_damping", 980023),
-     ("hardening_spring", 980011), ("hardening_spring", 980056)],
-)  # fmt: skip
+    [
+        ("coulomb_friction", 980043),
+        ("quadratic_damping", 980049),
+        ("hardening_spring", 980011),
+        *(pytest.param("coulomb_friction", seed, marks=pytest.mark.slow) for seed in (980054, 980056)),
+        *(pytest.param("quadratic_damping", seed, marks=pytest.mark.slow) for seed in (980015, 980023)),
+        pytest.param("hardening_spring", 980056, marks=pytest.mark.slow),
+    ],
+)
 def test_a_law_is_found_and_the_rates_are_those_of_springs_and_dampers(effect: str, seed: int) -> None:
     case = with_law(random_case(seed), effect)
     result, linear = fitted(case), fitted(case, laws="linear")
@@ -92,7 +97,11 @@ def rubbing(friction: float, damping: float, starts: tuple[float, ...]) -> tuple
 
 @pytest.mark.parametrize(
     ("friction", "damping", "starts"),
-    [(0.2, 0.03, (20, -35, 50, -15, 30)), (0.08, 0.005, (20, -35, 50, -15, 30)), (0.08, 0.03, (20, -35, 50))],
+    [
+        (0.2, 0.03, (20, -35, 50, -15, 30)),
+        pytest.param(0.08, 0.005, (20, -35, 50, -15, 30), marks=pytest.mark.slow),
+        (0.08, 0.03, (20, -35, 50)),
+    ],
 )
 def test_strong_friction_of_a_joint_is_no_hand(friction: float, damping: float, starts: tuple[float, ...]) -> None:
     """From the fit without it, steps towards the friction ended far off, and the start was cut or its rates wrong."""
@@ -122,7 +131,7 @@ def bending(cubic: float, starts: tuple[float, ...]) -> tuple[Leg, list[Trial]]:
     return Leg("leg", (Joint("knee", Link(0.3, 0.4, 0.12, inertia - 0.4 * 0.12**2)),), gravity=0.0), trials
 
 
-@pytest.mark.parametrize("cubic", [1.0, -1.0])
+@pytest.mark.parametrize("cubic", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_a_spring_that_hardens_or_softens_is_no_hand(cubic: float) -> None:
     """An external torque at first was asserted of five such legs of five, and the rate missed its interval."""
     leg, trials = bending(cubic, (20, -35, 12))

@@ -100,7 +100,7 @@ def test_an_interrupted_study_resumes(
     assert list(first.parent.glob("*.json")) == []
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_the_recorded_motion_is_also_mujocos(seed: int) -> None:
     """Without noise, counts and losses: within a thousandth of a degree of the other engine's."""
     clean = Recorder(noise=0.0, counts=0, rate=100.0, trials=1)

@@ -80,6 +80,7 @@ class Effect(PlantEffect):
     a given rate, 1/s.
     ``deviation`` : of the way "structure", name of its function ``(legs, link)`` that returns how far, rad, and how
     fast, rad/s, an added link may be off where ``start`` puts it; empty: see ``LegLanes.initial_deviation``.
+    ``tolerance`` : of the way "structure", rad, the finest to which a diagnosis integrates legs with it.
     """
 
     way: Way
@@ -98,6 +99,7 @@ class Effect(PlantEffect):
     shows_locked: bool = False
     bounds: str = ""
     deviation: str = ""
+    tolerance: float = 0.0
 
     def function(self, name: str = "") -> Callable[..., Any]:
         """The function of its module that applies it."""

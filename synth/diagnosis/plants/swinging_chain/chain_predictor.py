@@ -151,7 +151,7 @@ class Predictor:
         out = chain.run(
             common.groups.starting(states, first[:-1]),
             np.concatenate([trial.time + (trial.begin - trials[0].begin) for trial in trials]),
-            self.tolerance,
+            max([self.tolerance, *(added.candidate.effect.tolerance for added in common.added)]),
             rates=bool(common.readings),
             known_torque=known,
             signals=signals,
