@@ -146,3 +146,11 @@ def test_a_damper_turned_faster_than_its_curve_is_told(torque: tuple[float, floa
     assert "ends at 200," in text
     assert beyond in text
     assert said(np.radians(400.0)) == ()
+
+
+def test_stated_effects_that_are_not_simulated_are_told() -> None:
+    """Those of torques and drives are; a leg that another diagnosis found may have the others."""
+    stated = {"gear_play": {"play": 0.02}, "encoder_offset": {"offset": 0.01}, "coulomb_friction": {"torque": 0.1}}
+    good = [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]
+    told = check_trials(LEG.with_joints(knee={"effects": stated}), good)
+    assert [text.split(" is stated")[0] for text in told] == ["knee: gear_play", "knee: encoder_offset"]

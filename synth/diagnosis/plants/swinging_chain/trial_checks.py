@@ -13,6 +13,7 @@ from synth.errors import Problem, UserError
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
 from synth.remarks import at_joint, decisive, unlike
+from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
@@ -59,7 +60,25 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         ),
         *_driven_trials(leg, trials),
         *_currents_not_recorded(leg, trials),
+        *dict.fromkeys(text for each in (leg, *_own_legs(trials)) for text in _effects_not_simulated(each)),
     )
+
+
+def _own_legs(trials: Sequence[Trial]) -> list[Leg]:
+    """The legs that trials name for themselves."""
+    return [trial.leg for trial in trials if trial.leg is not None]
+
+
+def _effects_not_simulated(leg: Leg) -> list[str]:
+    """Sentences on effects of a leg file that the designed leg of a diagnosis does not have."""
+    text = "is stated in the leg file, but not simulated: the designed leg has rigid links, a fixed base and exact "
+    text += "readings. What it does counts as a gap"
+    at_joints = [(joint.name, name) for joint in leg.joints for name in joint.effects]
+    unused = ("structure", "reading")
+    return [
+        *(at_joint(joint, f"{name} {text}", "decide") for joint, name in at_joints if effect_named(name).way in unused),
+        *(decisive(f"{name} {text}") for name in leg.effects if effect_named(name).way in unused),
+    ]
 
 
 def motion_of(recording: Recording, joint: int) -> JointMotion:
