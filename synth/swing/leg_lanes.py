@@ -198,7 +198,7 @@ class LegLanes:
         full = np.insert(rotation, [self.newest] * (self.n - len(rotation)), 0.0, axis=0)
         at, count = self.own[joint], self.n - len(rotation)
         full[self.newest : self.newest + count] = effect.function("start")(self, at, full)
-        if self.read_beyond.any():  # the given rotation is what the encoder reads
+        if self.newest == at + 1:  # the given rotation is what the encoder reads
             full[at] -= self.read_beyond[at] * full[self.newest]
         return full
 

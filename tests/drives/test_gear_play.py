@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,7 +20,8 @@ from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import write_leg
 from synth.swing.chain import simulate
 from synth.swing.effects.gear_play import LEAST_ROTOR
-from synth.swing.leg_model import Joint, Leg, Link
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Joint, Leg, Link, Spring
 
 LINK = Link(0.12, 0.49, 0.1, 1e-4)
 MOTOR = GearedMotor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8)
@@ -157,3 +159,14 @@ def test_play_is_named_with_its_size_beside_friction(tmp_path: Path, read: float
     assert (play["read_beyond"].value, play["controlled_beyond"].value) == (read, controlled)
     assert causes["coulomb_friction"]["torque"].value == pytest.approx(0.02, rel=0.05)
     assert found.after.value < 0.1 * found.before.value
+
+
+@pytest.mark.parametrize("read", [1.0, 0.0])
+def test_a_held_leg_is_read_at_its_angles_beside_a_moving_base(read: float) -> None:
+    """The base's own turn is not taken for that within the play."""
+    arm = leg(read, read).joints[0]
+    two = Leg("two", (arm, replace(arm, name="far")), effects={"base_compliance": {"rocking_stiffness": 50.0}})
+    two = two.with_joints(far={"effects": {}, "spring": Spring(1.0, 0.2)}, arm={"spring": Spring(2.0, -0.4)})
+    rotation = np.array([[0.3], [-0.5]])
+    legs, held = LegLanes.held(two, rotation)
+    assert legs.as_read(held[None])[0] == pytest.approx(rotation, abs=1e-12)

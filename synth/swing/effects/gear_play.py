@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 LEAST_ROTOR = 0.01  # of the link's inertia about its joint: a lighter rotor only costs steps
 DEPTH = 0.01  # rad, to which the flanks' torque refers; they are linear, so it does not matter
-# In natural units. Shorter contacts change a motion by a fiftieth of what the play does; duller ones by less
-# (tests/drives/test_gear_play.py).
+# In natural units: against rigid flanks less than a tenth of the play's effect is left (a test).
 SHORT, DULL = 0.05, 40.0
 AT_FLANK = 0.3  # of g: the link may accelerate so much towards the other flank when a recording begins
 

@@ -344,5 +344,6 @@ def _initial_motion(
             for motion, most, share in ((rotation, far, 2 * k), (rates, fast, 2 * k + 1)):
                 off = most * departures[place][share]
                 motion[link] += off
-                motion[at] -= legs.read_beyond[at] * off  # what the encoder reads stays
+                if link == at + 1:
+                    motion[at] -= legs.read_beyond[at] * off  # what the encoder reads stays
     return np.concatenate([rotation, rates])
