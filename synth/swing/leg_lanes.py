@@ -221,13 +221,15 @@ class LegLanes:
         from its natural frequency. An effect whose links have no spring has a function ``deviation`` of its own.
         ``link``, ``joint`` : indices in this chain.
         """
-        if effect.deviation:
-            far, fast = effect.function(effect.deviation)(self, link)
-            return far, fast
         ends = np.cumsum(self.length[link:], axis=0)
         reach = ends - self.length[link:] + self.com[link:]
         moment = np.abs((self.mass[link:] * reach).sum(axis=0))
         moving = (self.inertia[link:] + self.mass[link:] * reach**2).sum(axis=0)
+        if effect.deviation:
+            far, fast = effect.function(effect.deviation)(
+                self, link, INITIAL_ACCELERATION * self.gravity * moment / moving
+            )
+            return far, fast
         spring = np.abs(self.spring_rate[joint] * (rotation[joint] - self.rest[joint]))
         far = (INITIAL_ACCELERATION * self.gravity * moment + spring) / self.spring_rate[link]
         return far, far * np.sqrt(self.spring_rate[link] / moving)

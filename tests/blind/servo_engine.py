@@ -200,7 +200,7 @@ def _step(joints, h, q, w, qm, wm, motor, load, mode, rotor, turning, rm, tm):  
     """One step of h s in place. A joint within its play moves link and rotor apart; else the rotor is of the link."""
     n = len(q)
     held = np.zeros(n)  # torque of friction on what turns with the link
-    gain = np.zeros(n)
+    faster = np.zeros(n)
     if n == 1:
         p = joints[0]
         inertia = p[3] + p[1] * p[2] * p[2]
@@ -210,8 +210,8 @@ def _step(joints, h, q, w, qm, wm, motor, load, mode, rotor, turning, rm, tm):  
             acting += motor[0]
             held[0] = _friction(p, acting, inertia, motor[0], load[0], w[0], wm[0], h)
             acting += held[0]
-        gain[0] = acting / inertia
-        _advance(joints, h, q, w, qm, gain, held, motor, load, mode, rotor, turning, rm, tm)
+        faster[0] = acting / inertia
+        _advance(joints, h, q, w, qm, faster, held, motor, load, mode, rotor, turning, rm, tm)
         if joints[0, 28] > 0.0:
             _meet(0, 1.0 / (p[3] + p[1] * p[2] * p[2]), 0.0, joints, q, w, mode, rotor, turning)
         return
@@ -234,9 +234,9 @@ def _step(joints, h, q, w, qm, wm, motor, load, mode, rotor, turning, rm, tm):  
         if mode[1] != FREE:
             seen = f1 - m12 / m11 * (f0 + held[0])
             held[1] = _friction(b, seen, det / m11, motor[1], load[1], w[1], wm[1], h)
-    gain[0] = (m22 * (f0 + held[0]) - m12 * (f1 + held[1])) / det
-    gain[1] = (m11 * (f1 + held[1]) - m12 * (f0 + held[0])) / det
-    _advance(joints, h, q, w, qm, gain, held, motor, load, mode, rotor, turning, rm, tm)
+    faster[0] = (m22 * (f0 + held[0]) - m12 * (f1 + held[1])) / det
+    faster[1] = (m11 * (f1 + held[1]) - m12 * (f0 + held[0])) / det
+    _advance(joints, h, q, w, qm, faster, held, motor, load, mode, rotor, turning, rm, tm)
     if a[28] > 0.0:
         m = far + (b[12] if mode[1] != FREE else 0.0)
         det = near * m - m12 * m12
@@ -249,12 +249,12 @@ def _step(joints, h, q, w, qm, wm, motor, load, mode, rotor, turning, rm, tm):  
 
 @njit(cache=True)
 def _advance(  # type: ignore[no-untyped-def]
-    joints, h, q, w, qm, gain, held, motor, load, mode, rotor, turning, rm, tm
+    joints, h, q, w, qm, faster, held, motor, load, mode, rotor, turning, rm, tm
 ):
-    """Move links by their accelerations ``gain``, and rotors; a flank that would have to pull lets go."""
+    """Move links by their accelerations, ``faster`` rad/s^2, and rotors; a flank that would have to pull lets go."""
     for j in range(len(q)):
         p = joints[j]
-        w[j] += h * gain[j]
+        w[j] += h * faster[j]
         q[j] = qm[j] + 0.5 * h * w[j]
         if mode[j] == FREE:
             rubbed = _friction(p, motor[j], p[12], motor[j], load[j], turning[j], tm[j], h)
@@ -263,7 +263,7 @@ def _advance(  # type: ignore[no-untyped-def]
         elif mode[j] != LOCKED:
             turning[j] = w[j]
             rotor[j] = q[j] - mode[j] * 0.5 * p[28]
-            from_link = p[12] * gain[j] - motor[j] - held[j]
+            from_link = p[12] * faster[j] - motor[j] - held[j]
             if mode[j] * from_link < 0.0:
                 mode[j] = FREE
 

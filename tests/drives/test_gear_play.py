@@ -35,8 +35,8 @@ STIFFNESS = (math.pi / CONTACT) ** 2 / (1.0 / ROTOR + 1.0 / ABOUT_JOINT)
 PLACES = [(1.0, 1.0), (1.0, 0.0), (0.0, 0.0)]  # where the recorded angle and the controller's are read
 
 
-def leg(read: float, controlled: float, **changed: float) -> Leg:
-    play = {"play": PLAY, "contact": CONTACT, "damping": DAMPING} | changed
+def leg(read: float, controlled: float) -> Leg:
+    play = {"play": PLAY, "contact": CONTACT, "damping": DAMPING}
     play |= {"read_beyond": read, "controlled_beyond": controlled}
     return Leg("arm", (Joint("arm", LINK, drive=SERVO, effects={"gear_play": play}),))
 
@@ -46,7 +46,7 @@ def signals() -> ServoSignals:
     return ServoSignals(TOLD, COMMAND[:, None], 7.4 * ones, ones, (0,))
 
 
-def acting(t: float, x: Array, controlled: float, told: float) -> tuple[float, float]:
+def acting(x: Array, controlled: float, told: float) -> tuple[float, float]:
     """Torques on rotor and link, of state (rotor, link, their rates), without that between them."""
     seen, rate = (x[1], x[3]) if controlled else (x[0], x[2])
     beyond = told - seen
@@ -68,7 +68,7 @@ def elastic(read: float, controlled: float) -> Array:
     for (begin, told), (end, _) in pairwise([*zip(TOLD, COMMAND, strict=True), (2.0, 0.0)]):
 
         def slope(t: float, x: Array, told: float = float(told)) -> list[float]:
-            driven, weight = acting(t, x, controlled, told)
+            driven, weight = acting(x, controlled, told)
             within, closing = x[1] - x[0], x[3] - x[2]
             deep, side = abs(within) - PLAY / 2, math.copysign(1.0, within)
             push = STIFFNESS * deep * max(1.0 + DAMPING * side * closing, 0.0) if deep > 0.0 else 0.0
@@ -97,15 +97,11 @@ RIGID = Rig(
 LOGGED = np.arange(0.0, 3.0, 0.005)  # s
 
 
-def followed(rig: Rig, rising: float) -> tuple[Array, Array]:
-    """Command and angle (m, 1) rad of the other engine: two sines about a level arm's weight, from rest."""
-    command = 0.3 + 0.6 * np.sin(rising * LOGGED) + 0.2 * np.sin(2.6 * rising * LOGGED)
-    return command[:, None], follow(rig, LOGGED, command[:, None], 7.4)
-
-
 def logged(play: float, read: float, controlled: float, rising: float) -> tuple[Array, Array]:
-    changed = RIGID.changed(0, play=play, read_beyond=read, controlled_beyond=controlled, dry=0.02)
-    return followed(changed, rising)
+    """Command and angle (m, 1) rad of the other engine, with dry friction: two sines about 0.3 rad, from rest."""
+    command = 0.3 + 0.6 * np.sin(rising * LOGGED) + 0.2 * np.sin(2.6 * rising * LOGGED)
+    rig = RIGID.changed(0, play=play, read_beyond=read, controlled_beyond=controlled, dry=0.02)
+    return command[:, None], follow(rig, LOGGED, command[:, None], 7.4)
 
 
 def designed(effects: dict[str, dict[str, float]]) -> Leg:
@@ -116,7 +112,7 @@ def designed(effects: dict[str, dict[str, float]]) -> Leg:
 
 @pytest.mark.parametrize(("read", "controlled"), PLACES)
 def test_soft_flanks_act_as_rigid_ones(read: float, controlled: float) -> None:
-    """Those of the diagnosis' shapes, against blows and lasting contacts of rigid bodies: most of the play's effect."""
+    """As soft as the diagnosis has them: less than a tenth of the play's effect is left against rigid bodies."""
     play, on = math.radians(1.5), np.ones((len(LOGGED), 1))
     dry = {"coulomb_friction": {"torque": 0.02}}
     soft = {"play": play, "contact": 0.005, "damping": 5.0, "read_beyond": read, "controlled_beyond": controlled}

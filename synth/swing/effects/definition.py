@@ -78,8 +78,9 @@ class Effect(PlantEffect):
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
     ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
     a given rate, 1/s.
-    ``deviation`` : of the way "structure", name of its function ``(legs, link)`` that returns how far, rad, and how
-    fast, rad/s, an added link may be off where ``start`` puts it; empty: see ``LegLanes.initial_deviation``.
+    ``deviation`` : of the way "structure", name of its function ``(legs, link, acceleration)`` that returns how far,
+    rad, and how fast, rad/s, an added link without a spring may be off where ``start`` puts it; empty: it has a spring,
+    see ``LegLanes.initial_deviation``.
     ``tolerance`` : of the way "structure", rad, the finest to which a diagnosis integrates legs with it.
     """
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 LEAST_ROTOR = 0.01  # of the link's inertia about its joint: a lighter rotor only costs steps
 DEPTH = 0.01  # rad, to which the flanks' torque refers; they are linear, so it does not matter
-# In natural units: against rigid flanks less than a tenth of the play's effect is left (a test).
-SHORT, DULL = 0.05, 40.0
-AT_FLANK = 0.3  # of g: the link may accelerate so much towards the other flank when a recording begins
+# Of the flanks in the diagnosis' shapes, in natural units: shorter contacts take longer to integrate. Against rigid
+# flanks such contacts leave less than a tenth of the play's effect (tests/drives/test_gear_play.py).
+CONTACT, DAMPING = 0.05, 40.0
 
 
 def extend(
@@ -63,18 +63,18 @@ def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
     return np.asarray(np.sign(weight) * upper + weight / stiffness)
 
 
-def deviation(legs: LegLanes, link: int) -> tuple[Array, Array]:
-    """How far (n_lane,) rad, and how fast, rad/s, the link may be off that flank when a recording begins."""
+def deviation(legs: LegLanes, link: int, acceleration: Array) -> tuple[Array, Array]:
+    """How far (n_lane,) rad, and how fast, rad/s, the link may be off that flank when a recording begins.
+
+    ``acceleration`` (n_lane,) rad/s^2 at which it may already move towards the other flank.
+    """
     half = legs.torques[JOINT_STOP.name][0, link]
-    reach = np.cumsum(legs.length[link:], axis=0) - legs.length[link:] + legs.com[link:]
-    moment = np.abs((legs.mass[link:] * reach).sum(axis=0))
-    moving = (legs.inertia[link:] + legs.mass[link:] * reach**2).sum(axis=0)
-    return half, np.sqrt(2.0 * half * AT_FLANK * legs.gravity * moment / moving)
+    return half, np.sqrt(2.0 * half * acceleration)
 
 
 def _shape(read: float, controlled: float) -> Shape:
     """A shape for where the encoder and the controller read."""
-    held = {"contact": SHORT, "damping": DULL, "read_beyond": read, "controlled_beyond": controlled}
+    held = {"contact": CONTACT, "damping": DAMPING, "read_beyond": read, "controlled_beyond": controlled}
     return Shape(("play",), held, ({"play": 0.04},), needs=("servo",) if controlled else ())
 
 
