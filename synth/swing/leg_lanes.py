@@ -17,11 +17,13 @@ from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
 from synth.swing.leg_model import Leg, Tip, turning_inertia
+from synth.swing.stated_effects import stated_effects
 
 INITIAL_ACCELERATION = 0.3  # of g: the load of a compliant link may accelerate so much when a recording begins
 # s between two commands: a limited command that reaches its goal in so short a time counts as a line of the same mean
 # and first moment; at 200 Hz a joint is then exact to 2e-5 rad (tests/drives/test_command_rate.py).
 SLEW_SHORT = 0.012
+TOO_MANY_LINKS = f"more than {MOST_LINKS} links, with those that effects add"
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature", "lag")
 
 
@@ -180,17 +182,10 @@ class LegLanes:
         """
         n_lane = rotation.shape[1]
         legs, full = cls.of(leg, n_lane), np.array(rotation, dtype=float)
-        held = [
-            (e, j, joint.effects[e.name])
-            for e in registered()
-            for j, joint in enumerate(leg.joints)
-            if e.name in joint.effects
-        ]
-        held += [(e, 0, leg.effects[e.name]) for e in registered() if e.name in leg.effects]
-        for effect, joint, given in held:
-            if effect.way == "structure":
-                legs = effect.function()(legs, legs.own[joint], *legs.columns(effect, given))
-                full = legs.started(effect, joint, full)
+        for stated in stated_effects(leg, "structure"):
+            at = legs.own[stated.joint]
+            legs = stated.effect.function()(legs, at, *legs.columns(stated.effect, stated.given))
+            full = legs.started(stated.effect, stated.joint, full)
         return legs, full
 
     def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
@@ -243,7 +238,14 @@ class LegLanes:
         self.torques[effect.name][:, joint] = value if value.ndim == 2 else value[:, None]
 
     def with_link(self, before: int, **values: Array | float) -> LegLanes:
-        """A copy with a link inserted before link ``before``; quantities are given by name, others are zero."""
+        """A copy with a link inserted before link ``before``; quantities are given by name, others are zero.
+
+        Raises
+        ------
+        ValueError : the chain has ``MOST_LINKS`` already.
+        """
+        if self.n >= MOST_LINKS:
+            raise ValueError(TOO_MANY_LINKS)
         changed = {}
         for name in _PER_LINK:
             row = np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (self.n_lane,))

@@ -82,6 +82,7 @@ class Effect(PlantEffect):
     rad, and how fast, rad/s, an added link without a spring may be off where ``start`` puts it; empty: it has a spring,
     see ``LegLanes.initial_deviation``.
     ``tolerance`` : of the way "structure", rad, the finest to which a diagnosis integrates legs with it.
+    ``parts_drive`` : of the way "structure", it parts the drive from the joint's link.
     """
 
     way: Way
@@ -101,6 +102,7 @@ class Effect(PlantEffect):
     bounds: str = ""
     deviation: str = ""
     tolerance: float = 0.0
+    parts_drive: bool = False
 
     def function(self, name: str = "") -> Callable[..., Any]:
         """The function of its module that applies it."""

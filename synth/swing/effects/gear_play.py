@@ -117,6 +117,7 @@ EFFECT = Effect(
     stated=("play",),
     strengths=("play",),
     deviation="deviation",
+    parts_drive=True,
     tolerance=1e-5,  # at 1e-6 the contacts take a third more time, and the motion is no nearer that of rigid flanks
     shapes=(_shape(1.0, 1.0), _shape(1.0, 0.0), _shape(0.0, 0.0)),
 )
