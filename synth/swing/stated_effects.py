@@ -9,6 +9,7 @@ from synth.swing.effects import registered
 from synth.swing.effects.definition import Effect, Way
 from synth.swing.leg_model import Leg
 
+COUNTS = "encoder_quantisation"  # which a diagnosis finds from the readings themselves, stated or not
 Place = tuple[str, int]  # name of an effect, and index of its joint
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,9 +20,10 @@ from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, registered
 from synth.swing.effects.definition import Need
 from synth.swing.lane_layout import MOST_LINKS
-from synth.swing.leg_lanes import has_direction, turned_to_rotation
+from synth.swing.leg_lanes import LegLanes, has_direction, turned_to_rotation
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
+from synth.swing.stated_effects import Place, stated_effects
 
 LEAST_NATURAL_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
 LEAST_WARMING_TIME = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
@@ -184,12 +185,16 @@ def _damper_rate(damper: Damper | None, speed: float) -> float:
 
 @dataclass(frozen=True)
 class Candidate(ShapedEffect):
-    """One effect at one joint (0 for the base) in one shape."""
+    """One effect at one joint (0 for the base) in one shape.
+
+    ``stated_links`` : number of links that structures stated in the leg file add, at each of their places.
+    """
 
     effect: Effect
     joint: int
     scales: NaturalSizes
     leg: Leg
+    stated_links: Mapping[Place, int] = field(default_factory=dict)
 
     @property
     def key(self) -> Key:
@@ -219,8 +224,19 @@ class Candidate(ShapedEffect):
 
     def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
         """Each place has at most one structure and one dry friction; the engine limits the number of links."""
-        links = len(self.leg.joints) + sum(each.links for each in (*others, self))
-        return links <= MOST_LINKS and all(compatible(other, self) for other in others)
+        links = sum(each.links for each in others) + self.links
+        return links <= self._room((*others, self)) and all(compatible(other, self) for other in others)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the engine can simulate it alone."""
+        return self.links <= self._room((self,))
+
+    def _room(self, causes: Sequence[ShapedEffect]) -> int:
+        """Number of links that these causes may add, beside the stated structures that none of them replaces."""
+        replaced = {(each.effect.name, each.joint) for each in causes if isinstance(each, Candidate)}
+        kept = [number for place, number in self.stated_links.items() if place not in replaced]
+        return MOST_LINKS - len(self.leg.joints) - sum(kept)
 
     def natural_size(self, parameter: Parameter) -> float:
         """The natural size from the joint's motion, see ``NaturalSizes``."""
@@ -308,7 +324,7 @@ def _properties_of_leg(leg: Leg, trials: Sequence[AngleTrial]) -> AbstractSet[st
 def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
     """Every effect at every place where it could act and be visible, in every shape."""
     free = sorted({j for trial in trials for j in trial.free})
-    made = []
+    made, stated = [], _links_of_structures(leg)
     for effect in registered():
         # A link's mass is visible where it moves: at a free joint or outboard of one.
         first = min(free, default=0) if effect.way == "leg" else 0
@@ -318,9 +334,19 @@ def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> l
                 _properties_of_leg(leg, trials) if effect.where == "base" else _properties_of_joint(leg, joint, trials)
             )
             for shape in effect.shapes:
-                candidate = Candidate(effect, shape, joint, found, leg)
+                candidate = Candidate(effect, shape, joint, found, leg, stated)
                 if not (_has_one_of(effect.needs, there) and _has_one_of(shape.needs, there)):
                     continue
-                if len(leg.joints) + candidate.links <= MOST_LINKS:
+                if candidate.has_room:
                     made.append(candidate)
     return made
+
+
+def _links_of_structures(leg: Leg) -> dict[Place, int]:
+    """Number of links that each structure of the leg file adds."""
+    legs, found = LegLanes.of(leg), {}
+    for stated in stated_effects(leg, "structure"):
+        with_it = stated.effect.function()(legs, legs.own[stated.joint], *legs.columns(stated.effect, stated.given))
+        found[stated.place] = with_it.n - legs.n
+        legs = with_it
+    return found

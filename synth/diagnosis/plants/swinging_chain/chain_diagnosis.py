@@ -58,6 +58,7 @@ from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, sentences_on_reading
 from synth.remarks import decisive, noted
 from synth.swing.leg_model import Leg
+from synth.swing.stated_effects import COUNTS
 from synth.swing.tolerances import Tolerances
 
 if TYPE_CHECKING:
@@ -121,8 +122,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
         names = scene.leg.joint_names
         self.direct_causes = tuple(
-            Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")})
-            for item in scene.coarse
+            Cause(COUNTS, names[item.joint], {"step": Estimate(item.step, "deg")}) for item in scene.coarse
         )
 
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:

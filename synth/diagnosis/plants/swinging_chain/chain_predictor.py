@@ -18,14 +18,17 @@ from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.swing.chain import Chain, compiled_chain
+from synth.swing.effects.definition import Effect, Way
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.stated_effects import COUNTS, Place, StatedEffect, in_order_of_action, stated_effects
 from synth.swing.tolerances import Tolerances
 
 Places = NDArray[np.intp]
 _LaneCandidate = tuple[Candidate, Array, Places]  # with its unknowns, or their values, in these lanes
+_LaneEffect = tuple[Candidate | StatedEffect, Array, Places]  # with its values in these lanes
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
 MOST_STEPS = 12_000  # of one trajectory before it is aborted
 
@@ -33,8 +36,8 @@ MOST_STEPS = 12_000  # of one trajectory before it is aborted
 class _AddedLinks(NamedTuple):
     """Links that a structure adds: its ``place``, the legs with them, and the new ``links``."""
 
-    place: tuple[str, int]
-    candidate: Candidate
+    place: Place
+    effect: Effect
     legs: LegLanes
     links: range
 
@@ -48,7 +51,7 @@ class _CommonLegs(NamedTuple):
 
     legs: LegLanes
     added: tuple[_AddedLinks, ...]
-    readings: tuple[_LaneCandidate, ...]
+    readings: tuple[_LaneEffect, ...]
     chain: Chain
     groups: LaneGroups
 
@@ -151,7 +154,7 @@ class Predictor:
         out = chain.run(
             common.groups.starting(states, first[:-1]),
             np.concatenate([trial.time + (trial.begin - trials[0].begin) for trial in trials]),
-            max([self.tolerance, *(added.candidate.effect.tolerance for added in common.added)]),
+            max([self.tolerance, *(added.effect.tolerance for added in common.added)]),
             rates=bool(common.readings),
             known_torque=known,
             signals=signals,
@@ -162,7 +165,7 @@ class Predictor:
         if common.readings:
             turning = legs.as_read(out[:, legs.n :])
             for trial, begin, end in zip(trials, first[:-1], first[1:], strict=True):
-                for j in sorted({candidate.joint for candidate, _, _ in common.readings}):
+                for j in sorted({effect.joint for effect, _, _ in common.readings}):
                     now = turning[begin:end, j]
                     found[begin:end, j] = self._as_read(common.readings, j, trial.time, found[begin:end, j], now)
         return found
@@ -176,8 +179,8 @@ class Predictor:
         if key not in kept:
             legs = self._designed_of(trial.recording.leg or self.leg).repeated(sum(b.unknowns.shape[1] for b in blocks))
             self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
-            pending: list[_LaneCandidate] = []
-            readings: list[_LaneCandidate] = []
+            pending: list[_LaneEffect] = []
+            readings: list[_LaneEffect] = []
             for candidate, x, lanes in self._gathered(blocks):
                 way = candidate.effect.way
                 if way == "torque":
@@ -188,7 +191,11 @@ class Predictor:
                     readings.append((candidate, candidate.values(x), lanes))
                 else:
                     pending.append((candidate, candidate.values(x), lanes))
-            added = _extend_chain(legs, pending, [place for block in blocks for place in _structures_of(block)])
+            stated = trial.recording.leg or self.leg
+            pending += _stated_beside(stated, "structure", pending, legs.n_lane)
+            readings += _stated_beside(stated, "reading", readings, legs.n_lane)
+            readings.sort(key=lambda item: in_order_of_action(item[0].effect))
+            added = _extend_chain(legs, pending)
             legs = added[-1].legs if added else legs
             chain = compiled_chain(legs.n)
             groups = chain.acting.groups(chain.lanes(legs, trial.recording.conditions), between)
@@ -196,14 +203,14 @@ class Predictor:
         found: _CommonLegs = kept[key]
         return found
 
-    def _hold(self, trial: AngleTrial, readings: Sequence[_LaneCandidate], state: Array) -> None:
+    def _hold(self, trial: AngleTrial, readings: Sequence[_LaneEffect], state: Array) -> None:
         """Set the joints that were locked at the trial's reading in ``state`` (2 n, n_lane)."""
         n = len(state) // 2
         for j in trial.recording.conditions.locked:
             read = trial.recording.rotation[0, j]
             held = np.full(state.shape[1], read)
             still, time = np.zeros((2, len(held))), np.array([0.0, 1.0])  # s, any two: a held joint is read alike
-            for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
+            for _ in range(3 if any(effect.joint == j for effect, _, _ in readings) else 0):
                 held += read - self._as_read(readings, j, time, np.tile(held, (2, 1)), still)[0]
             state[j], state[n + j] = held, 0.0
 
@@ -213,7 +220,7 @@ class Predictor:
         return {}
 
     def _designed_of(self, leg: Leg) -> LegLanes:
-        """The designed leg."""
+        """The designed leg without the structures and errors of readings that it states."""
         if id(leg) not in self._designed:
             self._designed[id(leg)] = leg, LegLanes.of(leg)
         return self._designed[id(leg)][1]
@@ -237,7 +244,7 @@ class Predictor:
 
     def _as_read(
         self,
-        readings: Sequence[_LaneCandidate],
+        readings: Sequence[_LaneEffect],
         joint: int,
         time: Array,
         rotation: Array,
@@ -246,9 +253,9 @@ class Predictor:
         """One joint's rotation (m, n_lane) at ``time`` (m,) s as read by its encoder."""
         reading = rotation.copy()
         hinge = self.leg.joints[joint]
-        for candidate, values, lanes in readings:
-            if candidate.joint == joint:
-                read = candidate.effect.function()
+        for erring, values, lanes in readings:
+            if erring.joint == joint:
+                read = erring.effect.function()
                 reading[:, lanes] = read(time, reading[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
         return reading
 
@@ -275,8 +282,8 @@ def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: 
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
 
 
-def _place(candidate: Candidate) -> tuple[str, int]:
-    return candidate.effect.name, candidate.joint
+def _place(item: Candidate | StatedEffect) -> Place:
+    return item.effect.name, item.joint
 
 
 def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Array:
@@ -290,9 +297,9 @@ def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Ar
     return np.concatenate(each, axis=2)
 
 
-def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict[tuple[str, int], Array]:
+def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict[Place, Array]:
     """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``."""
-    found: dict[tuple[str, int], Array] = {}
+    found: dict[Place, Array] = {}
     first = 0
     for block in blocks:
         below, last = 2 * n, first + block.unknowns.shape[1]
@@ -306,41 +313,42 @@ def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict
     return found
 
 
-def _structures_of(block: Block) -> list[tuple[str, int]]:
-    """The places of the structures among a block's candidates, in their order."""
-    return [
-        _place(candidate) for candidate in chain_candidates(block.hypothesis) if candidate.effect.way == "structure"
-    ]
+def _stated_beside(leg: Leg, way: Way, items: Sequence[_LaneEffect], n_lane: int) -> list[_LaneEffect]:
+    """The effects of one way that a leg states, in the lanes where no candidate replaces them."""
+    found: list[_LaneEffect] = []
+    for stated in stated_effects(leg, way):
+        replaced = [lanes for each, _, lanes in items if _place(each) == stated.place]
+        lanes = np.setdiff1d(np.arange(n_lane), np.concatenate([*replaced, np.zeros(0, dtype=np.intp)]))
+        if len(lanes) and stated.effect.name != COUNTS:
+            found.append((stated, np.repeat(np.array(stated.values)[:, None], len(lanes), axis=1), lanes))
+    return found
 
 
-def _extend_chain(
-    legs: LegLanes, pending: Sequence[_LaneCandidate], places: Sequence[tuple[str, int]]
-) -> tuple[_AddedLinks, ...]:
-    """The chain with the links of one structure effect after the other, in the order in which blocks name them."""
+def _extend_chain(legs: LegLanes, pending: Sequence[_LaneEffect]) -> tuple[_AddedLinks, ...]:
+    """The chain with the links of one structure after the other, each of them in all lanes."""
     added = []
-    for place in dict.fromkeys(places):
-        items = [item for item in pending if _place(item[0]) == place]
-        candidate = items[0][0]
-        wide = np.empty((len(candidate.effect.parameters), legs.n_lane))
-        for _, values, lanes in items:
-            wide[:, lanes] = values
-        made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
-        added.append(_AddedLinks(place, candidate, made, range(made.newest, made.newest + made.n - legs.n)))
+    effects = {_place(item[0]): item[0].effect for item in pending}
+    for place, effect in sorted(effects.items(), key=lambda item: (in_order_of_action(item[1]), item[0][1])):
+        wide = np.empty((len(effect.parameters), legs.n_lane))
+        for each, values, lanes in pending:
+            if _place(each) == place:
+                wide[:, lanes] = values
+        made = effect.function()(legs, legs.own[place[1]], *wide)
+        added.append(_AddedLinks(place, effect, made, range(made.newest, made.newest + made.n - legs.n)))
         legs = made
     return tuple(added)
 
 
 def _initial_motion(
-    added: Sequence[_AddedLinks], departures: Mapping[tuple[str, int], Array], rotation: Array, rates: Array
+    added: Sequence[_AddedLinks], departures: Mapping[Place, Array], rotation: Array, rates: Array
 ) -> Array:
-    """Initial rotations and rates (2 n_link, n_lane) with those of the added links."""
-    for place, candidate, legs, links in added:
-        rotation = legs.started(candidate.effect, candidate.joint, rotation)
+    """Initial rotations and rates (2 n_link, n_lane) with those of the added links; those of a stated one are held."""
+    for place, effect, legs, links in added:
+        rotation = legs.started(effect, place[1], rotation)
         rates = np.insert(rates, [links.start] * len(links), 0.0, axis=0)
-        held = rotation.copy()
-        for k, link in enumerate(links):
-            at = legs.own[candidate.joint]
-            far, fast = legs.initial_deviation(candidate.effect, link, at, held)
+        held, at = rotation.copy(), legs.own[place[1]]
+        for k, link in enumerate(links if place in departures else ()):
+            far, fast = legs.initial_deviation(effect, link, at, held)
             for motion, most, share in ((rotation, far, 2 * k), (rates, fast, 2 * k + 1)):
                 off = most * departures[place][share]
                 motion[link] += off

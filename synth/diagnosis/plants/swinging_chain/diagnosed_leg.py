@@ -15,6 +15,7 @@ from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Joint, Leg
+from synth.swing.stated_effects import COUNTS
 from synth.swing.tolerances import Tolerances
 
 
@@ -30,7 +31,7 @@ def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, co
         )
     for item in coarse:
         joint = made.joints[item.joint]
-        effects = {**joint.effects, "encoder_quantisation": {"step": item.step}}
+        effects = {**joint.effects, COUNTS: {"step": item.step}}
         made = made.with_joints(**{joint.name: {"effects": effects}})
     return made
 

@@ -13,8 +13,8 @@ from synth.errors import Problem, UserError
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
 from synth.remarks import at_joint, decisive, unlike
-from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
+from synth.swing.stated_effects import COUNTS
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
@@ -60,7 +60,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         ),
         *_driven_trials(leg, trials),
         *_currents_not_recorded(leg, trials),
-        *dict.fromkeys(text for each in (leg, *_own_legs(trials)) for text in _effects_not_simulated(each)),
+        *dict.fromkeys(text for each in (leg, *_own_legs(trials)) for text in _counts_not_simulated(each)),
     )
 
 
@@ -69,16 +69,10 @@ def _own_legs(trials: Sequence[Trial]) -> list[Leg]:
     return [trial.leg for trial in trials if trial.leg is not None]
 
 
-def _effects_not_simulated(leg: Leg) -> list[str]:
-    """Sentences on effects of a leg file that the designed leg of a diagnosis does not have."""
-    text = "is stated in the leg file, but not simulated: the designed leg has rigid links, a fixed base and exact "
-    text += "readings. What it does counts as a gap"
-    at_joints = [(joint.name, name) for joint in leg.joints for name in joint.effects]
-    unused = ("structure", "reading")
-    return [
-        *(at_joint(joint, f"{name} {text}", "decide") for joint, name in at_joints if effect_named(name).way in unused),
-        *(decisive(f"{name} {text}") for name in leg.effects if effect_named(name).way in unused),
-    ]
+def _counts_not_simulated(leg: Leg) -> list[str]:
+    """Sentences on stated counts of an encoder, which a diagnosis finds from the readings."""
+    text = f"{COUNTS} is stated in the leg file, but not simulated: coarse counts are found from the readings"
+    return [at_joint(joint.name, text, "note") for joint in leg.joints if COUNTS in joint.effects]
 
 
 def motion_of(recording: Recording, joint: int) -> JointMotion:

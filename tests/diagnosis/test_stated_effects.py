@@ -1,0 +1,122 @@
+"""Effects that a leg file states are part of the designed leg: no gap, and other causes are found beside them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from diagnosis.simulated_releases import TWO, Effects, causes, off, read, recorded, with_effects
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.lanes import Block
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
+from synth.diagnosis.score import first_state
+from synth.files.gap_project import Tolerance
+from synth.fit.recordings import recordings
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
+
+BEND: Effects = {"hip": {"link_flexibility": {"stiffness": 25.0}}}
+MOUNT: Effects = {"base": {"base_compliance": {"stiffness": 400.0, "mass": 0.3, "damping_ratio": 0.05}}}
+LATE: Effects = {"knee": {"latency": {"delay": 0.02}}}
+SCALED: Effects = {"knee": {"encoder_offset": {"offset": 0.06}, "encoder_scale": {"error": 0.1}}}
+TWICE: Effects = {"hip": {"link_flexibility": {"stiffness": 25.0}}, "knee": {"latency": {"delay": 0.02}}}
+STATED = {"bend": BEND, "mount": MOUNT, "late": LATE, "scaled": SCALED, "two joints": TWICE}
+SEVEN = STATED | {"mount and bend": {**BEND, **MOUNT}}
+
+
+(RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
+TRIAL = angle_trial(RECORDING, held_out=False)
+
+
+def candidates_of(leg: Leg) -> list[Candidate]:
+    return candidates(leg, [TRIAL], natural_sizes_of(leg, [TRIAL]))
+
+
+def predicted(leg: Leg, key: tuple[str, str] | None = None, at: Array | None = None) -> Array:
+    """(m, n) rad, what the leg's encoders read; with the first cause of this effect and place ``at`` its unknowns."""
+    cause = [each for each in candidates_of(leg) if each.key == key][:1]
+    tolerances = Tolerances.of(leg, Tolerance())
+    state = np.concatenate([first_state(TRIAL), np.zeros(2 * sum(each.links for each in cause))])
+    own = np.concatenate([each.starts()[0] for each in cause]) if cause and at is None else at
+    unknowns = np.concatenate([np.zeros(tolerances.size), np.zeros(0) if own is None else own])
+    block = Block(tuple(cause), unknowns[:, None], state[None, :, None])
+    return Predictor(leg, tolerances, 1e-9).predict([TRIAL], [block])[0][:, :, 0]
+
+
+@pytest.mark.parametrize("effects", SEVEN.values(), ids=SEVEN)
+def test_the_designed_leg_moves_and_is_read_as_its_file_states(effects: Effects) -> None:
+    leg = with_effects(TWO, effects)
+    state, time = first_state(TRIAL), TRIAL.time
+    moved = simulate(leg, state[:2], state[2:], time, tolerance=1e-9, rates=True)
+    np.testing.assert_allclose(predicted(leg), read(leg, time, moved[:, :2], moved[:, 2:]), atol=2e-5)
+    assert np.abs(predicted(leg) - predicted(TWO)).max() > math.radians(1.0)  # or the test would show nothing
+
+
+@pytest.mark.parametrize(
+    ("effects", "replaced"),
+    [
+        (TWICE, ("link_flexibility", "hip")),
+        (TWICE, ("latency", "knee")),
+        ({**BEND, **MOUNT}, ("base_compliance", "base")),
+    ],
+    ids=["bend", "latency", "mount"],
+)
+def test_a_cause_takes_the_place_of_the_stated_effect(effects: Effects, replaced: tuple[str, str]) -> None:
+    """And leaves the others: as if the file did not state that one."""
+    effect, place = replaced
+    without = {**effects, place: {name: given for name, given in effects[place].items() if name != effect}}
+    leg, other = with_effects(TWO, effects), with_effects(TWO, without)
+    np.testing.assert_allclose(predicted(leg, replaced), predicted(other, replaced), atol=1e-9)
+
+
+def test_readings_are_shifted_before_they_are_scaled_whoever_states_which() -> None:
+    offset, scale = ({"knee": {name: given}} for name, given in SCALED["knee"].items())
+    found = [(c.key, c) for c in candidates_of(TWO) if c.key[1] == "knee"]
+    values = {name: next(iter(given.values())) for name, given in SCALED["knee"].items()}
+    whole = predicted(with_effects(TWO, SCALED))
+    for stated, name in ((offset, "encoder_scale"), (scale, "encoder_offset")):
+        cause = dict(found)[name, "knee"]
+        at = np.array([brentq(lambda x, c=cause, v=values[name]: c.values(np.array([[x]]))[0, 0] - v, 0.0, 9.0)])
+        np.testing.assert_allclose(predicted(with_effects(TWO, stated), (name, "knee"), at), whole, atol=1e-9)
+
+
+@pytest.mark.parametrize("effects", STATED.values(), ids=STATED)
+def test_what_is_stated_is_no_gap(effects: Effects) -> None:
+    leg = with_effects(TWO, effects)
+    result = diagnose(leg, recorded(with_effects(off(TWO, 3, 0.5), effects)), Tolerance())
+    assert (result.verdict, causes(result)) == ("none", [])
+    assert result.before.value < 1.05 * result.noise_floor.value
+    assert result.probability_none > 0.7
+
+
+def test_dry_friction_is_found_beside_what_is_stated() -> None:
+    leg = with_effects(TWO, TWICE)
+    built = replace(leg.joints[1], effects={**leg.joints[1].effects, "coulomb_friction": {"torque": 0.03}})
+    result = diagnose(leg, recorded(replace(leg, joints=(leg.joints[0], built))), Tolerance())
+    assert (result.verdict, causes(result)) == ("effect", [("coulomb_friction", "knee")])
+    assert result.explanation[0].parameters["torque"].value == pytest.approx(0.03, rel=0.1)
+
+
+def test_a_second_diagnosis_with_the_diagnosed_leg_finds_no_gap() -> None:
+    trials = recorded(with_effects(TWO, BEND))
+    first = diagnose(TWO, trials, Tolerance())
+    assert causes(first) == [("link_flexibility", "hip")]
+    again = diagnose(first.diagnosed, trials, Tolerance())
+    assert (again.verdict, causes(again)) == ("none", [])
+    assert again.as_designed.value == pytest.approx(first.after.value, rel=0.1)
+
+
+def test_stated_counts_are_found_from_the_readings_and_the_file_is_told() -> None:
+    leg = with_effects(TWO, {"knee": {"encoder_quantisation": {"step": math.radians(2.0)}}})
+    (told,) = [text for text in check_trials(leg, recorded(leg)) if "encoder_quantisation" in text]
+    assert told.startswith("knee: encoder_quantisation is stated in the leg file, but not simulated: ")
+    assert causes(diagnose(leg, recorded(leg), Tolerance())) == [("encoder_quantisation", "knee")]
