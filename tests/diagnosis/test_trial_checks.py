@@ -148,9 +148,10 @@ def test_a_damper_turned_faster_than_its_curve_is_told(torque: tuple[float, floa
     assert said(np.radians(400.0)) == ()
 
 
-def test_stated_effects_that_are_not_simulated_are_told() -> None:
-    """Those of torques and drives are; a leg that another diagnosis found may have the others."""
+def test_stated_counts_are_told_to_be_found_from_the_readings() -> None:
+    """All other effects are simulated as stated."""
     stated = {"gear_play": {"play": 0.02}, "encoder_offset": {"offset": 0.01}, "coulomb_friction": {"torque": 0.1}}
+    stated["encoder_quantisation"] = {"step": 0.01}
     good = [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]
-    told = check_trials(LEG.with_joints(knee={"effects": stated}), good)
-    assert [text.split(" is stated")[0] for text in told] == ["knee: gear_play", "knee: encoder_offset"]
+    (told,) = check_trials(LEG.with_joints(knee={"effects": stated}), good)
+    assert told.startswith("knee: encoder_quantisation is stated in the leg file, but not simulated: ")

@@ -166,3 +166,19 @@ def test_a_held_leg_is_read_at_its_angles_beside_a_moving_base(read: float) -> N
     rotation = np.array([[0.3], [-0.5]])
     legs, held = LegLanes.held(two, rotation)
     assert legs.as_read(held[None])[0] == pytest.approx(rotation, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("read", "controlled"), [PLACES[1], *(pytest.param(*place, marks=pytest.mark.slow) for place in PLACES[::2])]
+)
+def test_stated_play_is_simulated_and_friction_is_found_beside_it(
+    tmp_path: Path, read: float, controlled: float
+) -> None:
+    """The other engine's rigid flanks, stated as soft ones: what they differ by is no second cause."""
+    given = read_gap_project(project(tmp_path, read, controlled))
+    play = {"play": math.radians(1.2), "contact": 0.005, "damping": 5.0}
+    stated = designed({"gear_play": {**play, "read_beyond": read, "controlled_beyond": controlled}})
+    found = diagnose(stated, given.trials, given.tolerance)
+    assert [(cause.effect, cause.joint) for cause in found.explanation] == [("coulomb_friction", "arm")]
+    assert found.explanation[0].parameters["torque"].value == pytest.approx(0.02, rel=0.05)
+    assert found.after.value < 0.1 * found.before.value

@@ -36,6 +36,7 @@ from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
+from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
 from synth.diagnosis.poor_trials import no_better
@@ -348,7 +349,7 @@ def diagnose(
     shown = plant.shown(stages)
     moved = moved_numbers(plant, leg, tolerances, findings.best, errors)
     return GapResult(
-        **with_moved_numbers(findings.fields(), moved),
+        **with_moved_numbers(with_replaced_effects(findings.fields(), leg), moved),
         leg=leg,
         where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
