@@ -5,6 +5,7 @@ Nothing of these data is in the product; where they are absent, these tests say 
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from real_rigs.recorded import RIGS, absent
 from synth.diagnosis.angle_search import AngleExplorer
 from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
-from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.score import from_state
 from synth.diagnosis.unseen import block_errors, errors_on_unseen_trials
 from synth.files.gap_project import read_gap_project
@@ -103,3 +104,15 @@ def test_a_fault_put_into_real_recordings_stands_first(number: int) -> None:
     found = diagnosed(fault)
     assert found["verdict"] == "effect"
     assert is_right(fault, found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("half", [0, 1])
+def test_the_diagnosed_ankle_follows_its_releases_as_the_next_design(half: int, tmp_path: Path) -> None:
+    """A link that bends, found in one half of the releases and stated: the other half is followed without any fit."""
+    project = read_gap_project(RIGS["robot ankle"](tmp_path).project(tmp_path, half))
+    first = diagnose(project.leg, project.trials, project.tolerance)
+    assert "link_flexibility" in first.diagnosed.joints[-1].effects
+    again = diagnose(first.diagnosed, project.trials, project.tolerance)
+    assert first.as_designed.value > math.radians(2.5)
+    assert again.as_designed.value < math.radians(0.8)
