@@ -26,6 +26,10 @@ def parameter_rows(cause: Mapping[str, object], document: Json) -> list[dict[str
 
 
 def _row(name: str, quantity: object, shown: Json, designed: Json) -> dict[str, str]:
+    name = str(shown.get("label") or name.replace("_", " "))
+    choices, value = shown.get("choices"), value_of(quantity)
+    if isinstance(choices, list) and value in range(len(choices)):
+        return {"name": name, "value": str(choices[int(value or 0)]), "interval": "", "becomes": ""}
     form = shown.get("form")
     if form in IN_PERCENT and unit_of(quantity) == "1":
         quantity = _mapped(quantity, 100.0, 0.0, "percent")
@@ -33,7 +37,7 @@ def _row(name: str, quantity: object, shown: Json, designed: Json) -> dict[str, 
         quantity = _mapped(quantity, 1000.0, 0.0, "ms")
     sign = "+" if form in SIGNED and (value_of(quantity) or 0.0) > 0.0 else ""
     return {
-        "name": str(shown.get("label") or name.replace("_", " ")),
+        "name": name,
         "value": sign + text(quantity),
         "interval": interval_text(quantity),
         "becomes": _becomes(quantity, designed.get(str(shown.get("added_to")))),

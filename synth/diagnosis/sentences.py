@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
-from synth.estimation.parameters import PlantEffect
+from synth.estimation.parameters import Parameter, PlantEffect
 from synth.units import significant
 
 LEAST_MENTIONED = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
@@ -124,7 +124,12 @@ def _may_have_value(found: Mapping[str, Estimate], name: str, value: float) -> b
 def parameters_text(cause: Cause, names: Sequence[str], effect: PlantEffect) -> str:
     """Torque 0.052 N·m, speed 0.3 rad/s: these parameters of the cause."""
     known = {parameter.name: parameter for parameter in effect.parameters}
-    return ", ".join(f"{known[name].words} {_value_text(cause.parameters[name], known[name].form)}" for name in names)
+    return ", ".join(f"{known[name].words} {_parameter_text(known[name], cause.parameters[name])}" for name in names)
+
+
+def _parameter_text(parameter: Parameter, found: Estimate) -> str:
+    """Its value in words, if it has only such, or with its unit."""
+    return parameter.choices[round(found.value)] if parameter.choices else _value_text(found, parameter.form)
 
 
 def _digits(estimate: Estimate, value: float) -> int:

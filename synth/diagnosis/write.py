@@ -84,7 +84,9 @@ def describe_effects(causes: Sequence[Cause], effect_called: Callable[[str], Pla
     for name in dict.fromkeys(cause.effect for cause in causes):
         effect = effect_called(name)
         shown = {
-            p.name: {"label": p.words, "form": p.form} | ({"added_to": p.added_to} if p.added_to else {})
+            p.name: {"label": p.words, "form": p.form}
+            | ({"added_to": p.added_to} if p.added_to else {})
+            | ({"choices": list(p.choices)} if p.choices else {})
             for p in effect.parameters
         }
         texts = {"meaning": effect.meaning, "formula": effect.formula, "source": effect.source}

@@ -108,7 +108,8 @@ class Parameter:
     prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``above``,
     ``below`` : exclusive limits of a value in a file, beside those that follow from the prior. ``label`` : words that
     people read in place of the name; ``form`` : as which they read the value, a change with its sign, a share in per
-    cent. ``added_to`` : the quantity of the designed joint that a change is added to, see ``DESIGNED``.
+    cent. ``added_to`` : the quantity of the designed joint that a change is added to, see ``DESIGNED``. ``choices`` :
+    words for the values 0 and 1 of a parameter that has no others.
     """
 
     name: str
@@ -126,6 +127,7 @@ class Parameter:
     label: str = ""
     form: Form = "value"
     added_to: str = ""
+    choices: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:

@@ -20,10 +20,7 @@ from synth.files.paths import inside
 from synth.files.validate import check_kind, check_part, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
 from synth.swing.effects import Effect, registered
-from synth.swing.lane_layout import MOST_LINKS
-from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
-from synth.swing.stated_effects import stated_effects
 
 # (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
 PartResolver = Callable[[Literal["spring", "damper"], str], float | Damper]
@@ -89,23 +86,7 @@ def leg_of(
     check_across(document, problems)
     if file is None or len(problems) > before:
         return None
-    leg = Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
-    problems += _too_many_links(leg, document)
-    return leg if len(problems) == before else None
-
-
-def _too_many_links(leg: Leg, document: Document) -> list[Problem]:
-    """A problem if the engine has no room for the links that the leg's effects add."""
-    added = [stated.effect.name for stated in stated_effects(leg, "structure")]
-    if not added:
-        return []
-    try:
-        LegLanes.whole(leg)
-    except ValueError:
-        text = "{} joints and the links that {} add are more than the {} links that are simulated: state fewer of these"
-        names = ", ".join(dict.fromkeys(added))
-        return [document.problem(text.format(len(leg.joints), names, MOST_LINKS), ("joints",))]
-    return []
+    return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
 
 
 def _curve_file(document: Document, opened: Callable[[Path], object] | None = None) -> Callable[[str], DamperCurve]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, delayed, fed_together
+from synth.errors import UserError
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
@@ -23,7 +24,10 @@ INITIAL_ACCELERATION = 0.3  # of g: the load of a compliant link may accelerate 
 # s between two commands: a limited command that reaches its goal in so short a time counts as a line of the same mean
 # and first moment; at 200 Hz a joint is then exact to 2e-5 rad (tests/drives/test_command_rate.py).
 SLEW_SHORT = 0.012
-TOO_MANY_LINKS = f"more than {MOST_LINKS} links, with those that effects add"
+TOO_MANY_LINKS = (
+    f"the leg's joints and the links that its effects add are more than {MOST_LINKS}, the most that are simulated: "
+    "state fewer of base_compliance, gear_play and link_flexibility"
+)
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature", "lag")
 
 
@@ -242,10 +246,10 @@ class LegLanes:
 
         Raises
         ------
-        ValueError : the chain has ``MOST_LINKS`` already.
+        UserError : the chain has ``MOST_LINKS`` already.
         """
         if self.n >= MOST_LINKS:
-            raise ValueError(TOO_MANY_LINKS)
+            raise UserError(TOO_MANY_LINKS)
         changed = {}
         for name in _PER_LINK:
             row = np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (self.n_lane,))

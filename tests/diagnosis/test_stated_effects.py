@@ -17,6 +17,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, ca
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
+from synth.errors import UserError
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -127,3 +128,13 @@ def test_a_second_diagnosis_with_the_diagnosed_leg_finds_no_gap() -> None:
 def test_stated_counts_are_found_from_the_readings() -> None:
     leg = with_effects(TWO, {"knee": {"encoder_quantisation": {"step": math.radians(2.0)}}})
     assert causes(diagnose(leg, recorded(leg), Tolerance())) == [("encoder_quantisation", "knee")]
+
+
+def test_more_links_than_the_engine_has_are_refused_and_not_simulated() -> None:
+    """A chain of eight links was zeros."""
+    mount = {"base_compliance": {"stiffness": 400.0, "rocking_stiffness": 50.0}}
+    six = Leg("six", tuple(replace(TWO.joints[1], name=f"j{k}") for k in range(6)), effects=mount)
+    with pytest.raises(UserError, match="more than 7, the most that are simulated"):
+        simulate(six, np.zeros(6), np.zeros(6), TRIAL.time)
+    one = replace(six, effects={"base_compliance": {"stiffness": 400.0}})
+    assert np.ptp(simulate(one, np.zeros(6), np.zeros(6), TRIAL.time)[:, 5]) > 0.1

@@ -153,6 +153,7 @@ def test_play_is_named_with_its_size_beside_friction(tmp_path: Path, read: float
     play = causes["gear_play"]
     assert play["play"].value == pytest.approx(math.radians(1.2), rel=0.05)
     assert (play["read_beyond"].value, play["controlled_beyond"].value) == (read, controlled)
+    assert f"angle recorded {'behind' if read else 'before'} the play" in found.sentence
     assert causes["coulomb_friction"]["torque"].value == pytest.approx(0.02, rel=0.05)
     assert found.after.value < 0.1 * found.before.value
 
@@ -182,3 +183,18 @@ def test_stated_play_is_simulated_and_friction_is_found_beside_it(
     assert [(cause.effect, cause.joint) for cause in found.explanation] == [("coulomb_friction", "arm")]
     assert found.explanation[0].parameters["torque"].value == pytest.approx(0.02, rel=0.05)
     assert found.after.value < 0.1 * found.before.value
+
+
+@pytest.mark.parametrize(("read", "controlled"), PLACES)
+def test_play_beside_a_link_that_bends(read: float, controlled: float) -> None:
+    """The rotor is parted from what is left of the link at the joint: with a stiff link as with a rigid one."""
+    rigid = leg(read, controlled)
+    alone = simulate(rigid, [COMMAND[0]], [0.0], TIMES, tolerance=1e-7, signals=signals())
+    away = []
+    for stiffness in (1e4, 5.0):
+        effects = {**rigid.joints[0].effects, "link_flexibility": {"stiffness": stiffness}}
+        bending = rigid.with_joints(arm={"effects": effects})
+        motion = simulate(bending, [COMMAND[0]], [0.0], TIMES, tolerance=1e-7, signals=signals())
+        away.append(float(np.sqrt(np.mean((motion - alone) ** 2))))
+    assert away[0] < math.radians(0.05)
+    assert away[1] > math.radians(0.5)

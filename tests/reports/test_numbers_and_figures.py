@@ -299,6 +299,13 @@ def test_parameters_are_read_as_what_they_are() -> None:
     assert rate["becomes"] == "gives 3.25·10⁶\u00a0N·m/rad for 2.50·10⁶\u00a0N·m/rad designed"
     assert (error["value"], error["interval"], error["becomes"]) == ("−2.9\u00a0%", "−4.0 to −1.8", "")
     assert (knee["name"], knee["value"]) == ("sharpness", "1.5")
+    places = {
+        "effects": {"made_up": {"parameters": {"place": {"label": "read", "choices": ["before it", "behind it"]}}}}
+    }
+    for value, place in ((0.0, "before it"), (1.0, "behind it"), (0.5, "0.5")):
+        cause = {"effect": "made_up", "joint": "slew", "parameters": {"place": {"value": value, "unit": "1"}}}
+        (row,) = parameter_rows(cause, places)
+        assert (row["name"], row["value"], row["interval"]) == ("read", place, "")
     (plain,) = parameter_rows({"effect": "old", "joint": "slew", "parameters": {"in_an_older": values["knee"]}}, {})
     assert (plain["name"], plain["value"]) == ("in an older", "1.5")
 

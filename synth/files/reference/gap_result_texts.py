@@ -113,6 +113,7 @@ GAP = {
     "effects.NAME.parameters.NAME.label": "Name of the parameter that a reader sees.",
     "effects.NAME.parameters.NAME.form": "How it is shown: `value`, `change`, `share` or `relative change`.",
     "effects.NAME.parameters.NAME.added_to": "Quantity of the designed joint that a change is added to.",
+    "effects.NAME.parameters.NAME.choices[]": "Words for the values 0 and 1 of a parameter that has no others.",
     "designed.NAME.spring_rate": "Rate of the joint's spring as designed.",
     "designed.NAME.damper_rate": "Rate of the joint's linear damper as designed.",
     "phases": "Names of the phases, by their number in `where/*.csv`.",

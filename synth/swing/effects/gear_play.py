@@ -23,6 +23,7 @@ DEPTH = 0.01  # rad, to which the flanks' torque refers; they are linear, so it 
 # Of the flanks in the diagnosis' shapes, in natural units: shorter contacts take longer to integrate. Against rigid
 # flanks such contacts leave less than a tenth of the play's effect (tests/drives/test_gear_play.py).
 CONTACT, DAMPING = 0.05, 40.0
+PLACES = ("before the play", "behind the play")
 
 
 def extend(
@@ -36,7 +37,9 @@ def extend(
 ) -> LegLanes:
     """Part the joint's link from its rotor, and connect them by a hinge with the play."""
     numbers = {name: getattr(legs, name)[joint].copy() for name in ("length", "mass", "com", "inertia")}
-    about_joint = legs.inertia[joint] + legs.mass[joint] * legs.com[joint] ** 2
+    parts = slice(joint, min((link for link in legs.own if link > joint), default=legs.n))  # more than one if it bends
+    reach = np.cumsum(legs.length[parts], axis=0) - legs.length[parts] + legs.com[parts]
+    about_joint = (legs.inertia[parts] + legs.mass[parts] * reach**2).sum(axis=0)
     made = legs.with_link(joint + 1, **numbers)
     for name in numbers:
         getattr(made, name)[joint] = 0.0
@@ -102,7 +105,8 @@ EFFECT = Effect(
             "1",
             0.0,
             natural=False,
-            label="recorded behind the play",
+            label="angle recorded",
+            choices=PLACES,
             meaning="1: the recorded angle is the link's; 0: that of the gear on the rotor's side",
         ),
         Parameter(
@@ -110,11 +114,12 @@ EFFECT = Effect(
             "1",
             0.0,
             natural=False,
-            label="controlled behind the play",
+            label="angle controlled",
+            choices=PLACES,
             meaning="1: the servo controls the link's angle; 0: that of the gear on the rotor's side",
         ),
     ),
-    stated=("play",),
+    stated=("play", "read_beyond"),
     strengths=("play",),
     deviation="deviation",
     parts_drive=True,

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from synth.swing.leg_lanes import LegLanes
 
 HUB = 0.1  # share of the link's inertia about its joint that remains at the joint if the coupling bends
+LEAST_DISTAL = 0.01  # least share of that inertia that the part beyond the bend has about its centre of mass
 DAMPING_RATIO = 0.1  # of a bending link where none is given; assumed, of the order of printed plastics
 
 
@@ -20,18 +21,20 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_r
     """Cut the joint's link at ``place`` (share of its length) and connect the parts by a hinge with a spring.
 
     Total mass, first moment and inertia remain those of the link. The proximal part is a uniform rod, or, for a cut at
-    0, a hub with the share ``HUB`` of the inertia.
+    0, a hub with the share ``HUB`` of the inertia; less of either where a link's mass is so concentrated that its
+    distal part would have no inertia left.
     """
-    length, mass, com = legs.length[joint], legs.mass[joint], legs.com[joint]
-    about_joint = legs.inertia[joint] + mass * com**2
+    length, mass, com, inertia = (getattr(legs, name)[joint] for name in ("length", "mass", "com", "inertia"))
+    about_joint = inertia + mass * com**2
     share = np.broadcast_to(np.asarray(place, dtype=float), length.shape)
-    near_mass = 0.5 * share * mass
-    near_com = 0.5 * share * length
-    near_inertia = near_mass * (share * length) ** 2 / 12.0 + HUB * about_joint * (share == 0.0)
+    least = np.minimum(LEAST_DISTAL * about_joint, 0.5 * inertia)
+    near_com, own = 0.5 * share * length, (share * length) ** 2 / 12.0  # m, and m^2 of a rod, times its mass
+    near_mass = np.minimum(0.5 * share * mass, _most_proximal(mass, com, inertia, near_com, own, least))
+    hub = np.minimum(HUB * about_joint, inertia - least) * (share == 0.0)
+    near_inertia = near_mass * own + hub
     far_mass = mass - near_mass
     far_com = (mass * com - near_mass * near_com) / far_mass  # from the joint
     far_inertia = about_joint - near_inertia - near_mass * near_com**2 - far_mass * far_com**2
-    far_inertia = np.maximum(far_inertia, 0.01 * about_joint)  # a hundredth: positive for any link
     moving = far_inertia + far_mass * (far_com - share * length) ** 2
     made = legs.with_link(
         joint + 1,
@@ -47,6 +50,17 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_r
     made.com[joint] = near_com
     made.inertia[joint] = near_inertia
     return made
+
+
+def _most_proximal(mass: Array, com: Array, inertia: Array, near_com: Array, own: Array, least: Array) -> Array:
+    """Mass (n_lane,) kg of the proximal part that leaves the distal one the inertia ``least`` about its centre of mass.
+
+    The smaller root x of ``own x^2 - b x + mass (inertia - least) = 0``, which the sums of mass, first moment and
+    inertia give; ``own`` m^2, the part's inertia about its centre of mass over its mass.
+    """
+    left = mass * (inertia - least)
+    b = inertia - least + mass * ((com - near_com) ** 2 + own)
+    return np.asarray(2.0 * left / (b + np.sqrt(b**2 - 4.0 * own * left)))
 
 
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:

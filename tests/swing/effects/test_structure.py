@@ -227,3 +227,21 @@ def test_base_and_links_may_both_be_compliant_with_a_joint_locked(tmp_path: Path
     moved = simulate(again, START, [0.0, 9.0, 0.0], times, Conditions(locked=(1,)))
     np.testing.assert_array_equal(moved[:, 1], -1.8)
     assert np.ptp(moved[:, 0]) > 0.01
+
+
+@pytest.mark.parametrize("place", [0.0, 0.4, 0.9])
+@pytest.mark.parametrize("spread", [1e-4, 0.01, 1.0 / 12.0, 0.3])
+@pytest.mark.parametrize("com", [0.05, 0.5, 1.0])
+def test_a_link_that_bends_keeps_mass_moment_and_inertia(place: float, spread: float, com: float) -> None:
+    """Also that of a pendulum's bob, whose inertia about its centre of mass is ``spread`` m l^2."""
+    length, mass = 0.3, 0.5
+    link = Link(length, mass, com * length, spread * mass * length**2)
+    one = LegLanes.of(Leg("one", (Joint("j", link),)))
+    both = effect_named("link_flexibility").function()(one, 0, np.array([10.0]), np.array([place]), np.array([0.1]))
+    lengths, masses, centres, about = (getattr(both, n)[:, 0] for n in ("length", "mass", "com", "inertia"))
+    away = np.array([centres[0], lengths[0] + centres[1]])
+    sums = masses.sum(), (masses * away).sum(), (about + masses * away**2).sum()
+    assert sums == pytest.approx((mass, mass * link.com, link.inertia + mass * link.com**2), rel=1e-12)
+    assert lengths.sum() == pytest.approx(length)
+    assert bool((about >= 0.0).all())
+    assert about[1] > 0.0
