@@ -113,16 +113,27 @@ def scores(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Sco
 
 
 def _calibration(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
-    rows = np.array([[views[n].first[1], float(right_first(a, views[n]))] for n, a in answers.items()])
-    if not len(rows):
-        return []
+    """How far the first-ranked's probability is off, and of the rigs with a main cause by themselves.
+
+    Where nothing dominates a small cause may be first, is there, and rightly has a low probability of dominating.
+    """
     what, level = "calibration error of the first-ranked's probability", LEVELS["calibration"]
-    chance = calibrated_by_chance(rows[:, 0].tolist())
-    return [
-        Score("calibration", what, calibration_error(rows), bootstrap(rows, calibration_error), len(rows), "1", level),
-        Score("calibration_by_chance", "what perfect odds would show on as many cases", chance, (chance, chance),
-              len(rows), "1"),
-    ]  # fmt: skip
+    with_main = {n: a for n, a in answers.items() if a["kind"] != "none"}
+    found = []
+    for key, text, of, limit in (
+        ("calibration", what, answers, level),
+        ("calibration_main", "the same, of rigs with a main cause", with_main, None),
+    ):
+        rows = np.array([[views[n].first[1], float(right_first(a, views[n]))] for n, a in of.items()])
+        if not len(rows):
+            continue
+        chance = calibrated_by_chance(rows[:, 0].tolist())
+        found += [
+            Score(key, text, calibration_error(rows), bootstrap(rows, calibration_error), len(rows), "1", limit),
+            Score(f"{key}_by_chance", "what perfect odds would show on as many cases", chance, (chance, chance),
+                  len(rows), "1"),
+        ]  # fmt: skip
+    return found
 
 
 def _shrink(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[Score]:
