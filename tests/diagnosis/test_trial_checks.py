@@ -148,10 +148,14 @@ def test_a_damper_turned_faster_than_its_curve_is_told(torque: tuple[float, floa
     assert said(np.radians(400.0)) == ()
 
 
-def test_stated_counts_are_told_to_be_found_from_the_readings() -> None:
-    """All other effects are simulated as stated."""
+def test_stated_effects_are_told_as_part_of_the_designed_leg() -> None:
+    """Counts alone are found from the readings."""
     stated = {"gear_play": {"play": 0.02}, "encoder_offset": {"offset": 0.01}, "coulomb_friction": {"torque": 0.1}}
     stated["encoder_quantisation"] = {"step": 0.01}
-    good = [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]
-    (told,) = check_trials(LEG.with_joints(knee={"effects": stated}), good)
-    assert told.startswith("knee: encoder_quantisation is stated in the leg file, but not simulated: ")
+    leg = replace(LEG.with_joints(knee={"effects": stated}), effects={"base_compliance": {"stiffness": 400.0}})
+    simulated, counts = check_trials(leg, [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)])
+    assert simulated == (
+        "part of the designed leg, as its file states: gear_play (knee), encoder_offset (knee), "
+        "coulomb_friction (knee), base_compliance (base)"
+    )
+    assert counts.startswith("knee: encoder_quantisation is stated in the leg file, but not simulated: ")

@@ -12,7 +12,7 @@ from synth.drives.servo import TorqueDrive
 from synth.errors import Problem, UserError
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
-from synth.remarks import at_joint, decisive, unlike
+from synth.remarks import at_joint, decisive, noted, unlike
 from synth.swing.leg_model import Leg
 from synth.swing.stated_effects import COUNTS
 
@@ -60,7 +60,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         ),
         *_driven_trials(leg, trials),
         *_currents_not_recorded(leg, trials),
-        *dict.fromkeys(text for each in (leg, *_own_legs(trials)) for text in _counts_not_simulated(each)),
+        *dict.fromkeys(text for each in (leg, *_own_legs(trials)) for text in _stated_effects(each)),
     )
 
 
@@ -69,10 +69,15 @@ def _own_legs(trials: Sequence[Trial]) -> list[Leg]:
     return [trial.leg for trial in trials if trial.leg is not None]
 
 
-def _counts_not_simulated(leg: Leg) -> list[str]:
-    """Sentences on stated counts of an encoder, which a diagnosis finds from the readings."""
+def _stated_effects(leg: Leg) -> list[str]:
+    """Sentences on the effects that a leg states: they are simulated, except counts, which the readings show."""
+    places = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
+    simulated = [f"{name} ({place})" for place, effects in places for name in effects if name != COUNTS]
+    told: list[str] = []
+    if simulated:
+        told.append(noted(f"part of the designed leg, as its file states: {', '.join(simulated)}"))
     text = f"{COUNTS} is stated in the leg file, but not simulated: coarse counts are found from the readings"
-    return [at_joint(joint.name, text, "note") for joint in leg.joints if COUNTS in joint.effects]
+    return [*told, *(at_joint(place, text, "note") for place, effects in places if COUNTS in effects)]
 
 
 def motion_of(recording: Recording, joint: int) -> JointMotion:
