@@ -10,7 +10,9 @@ from synth.reports.reading import Result
 from synth.reports.section import sequence
 
 MOST_STEPS = 3  # what to do first; the section has all
-ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes shown first
+# Causes shown first, those of a drive where there is one.
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")
+ASKED_OF_DRIVE = ("gear_play", "servo_gain", "command_delay", "torque_constant", "torque_gain", "torque_delay")
 ENDS = {"upper": "an end above at", "lower": "an end below at"}  # of travel, measured angle
 
 
@@ -35,7 +37,7 @@ def _figures(result: Result) -> Figures | None:
     joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") not in ("base", "all")))
     shown = {(c.get("effect"), c.get("joint")): c for c in causes}
     rows = []
-    for effect in ASKED:
+    for effect in (*ASKED, *ASKED_OF_DRIVE):
         cells = [Cell(cause_size(shown.get((effect, joint)))) for joint in joints]
         if any((effect, joint) in shown for joint in joints):
             rows.append([Cell(effect.replace("_", " ")), *cells])

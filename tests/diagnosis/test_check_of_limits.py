@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +16,10 @@ from synth.diagnosis.check import run
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.level_sizes import Level
 from synth.drives.servo import Servo
-from synth.reports.openings.check_opening import cause_size
+from synth.reports.openings.check_opening import ASKED, ASKED_OF_DRIVE, cause_size, check_opening
+from synth.reports.reading import Result
 from synth.swing.chain import simulate
+from synth.swing.effects import registered
 from synth.swing.leg_model import Leg
 
 KNEE = "knee"
@@ -117,3 +120,13 @@ def test_values_between_rungs_are_interpolated_from_the_weakest_one() -> None:
         0.25,
         0.125,
     ]
+
+
+def test_the_opening_of_a_driven_rigs_check_shows_causes_of_the_drive() -> None:
+    names = ("coulomb_friction", "gear_play", "servo_gain", "command_delay", "link_mass")
+    causes = [{"effect": name, "joint": "arm", "visible_from": {"x": {"value": 0.1, "unit": "1"}}} for name in names]
+    opening = check_opening(Result(Path("."), "check.json", {"causes": causes}))
+    assert opening.figures is not None
+    shown = [row[0].text for row in opening.figures.rows]
+    assert shown == ["coulomb friction", "gear play", "servo gain", "command delay"]
+    assert {*ASKED, *ASKED_OF_DRIVE} <= {effect.name for effect in registered()}
