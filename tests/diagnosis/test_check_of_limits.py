@@ -125,7 +125,7 @@ def test_values_between_rungs_are_interpolated_from_the_weakest_one() -> None:
 def test_the_opening_of_a_driven_rigs_check_shows_causes_of_the_drive() -> None:
     names = ("coulomb_friction", "gear_play", "servo_gain", "command_delay", "link_mass")
     causes = [{"effect": name, "joint": "arm", "visible_from": {"x": {"value": 0.1, "unit": "1"}}} for name in names]
-    opening = check_opening(Result(Path("."), "check.json", {"causes": causes}))
+    opening = check_opening(Result(Path(), "check.json", {"causes": causes}))
     assert opening.figures is not None
     shown = [row[0].text for row in opening.figures.rows]
     assert shown == ["coulomb friction", "gear play", "servo gain", "command delay"]
