@@ -235,9 +235,7 @@ class FitResult:
     static: tuple[JudgedPoint, ...] = ()  # the static points and their fit
     proposals: tuple[Proposal, ...] = ()  # measurements that would determine what is open
     families: tuple[RidgeFamily, ...] = ()  # of joints whose spring and damper rate are not separable
-    drawn: Sequence[Leg] = field(
-        default=(), repr=False
-    )  # legs consistent with the trials, for choices that depend on the fit
+    drawn: Sequence[Leg] = field(default=(), repr=False)  # consistent with the trials, for choices that depend on them
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
     sources: tuple[IntervalSource, ...] = ()  # contributions to each interval
     tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, from the project and its defaults
