@@ -7,10 +7,11 @@ mean square ``s`` then counts ``m/2 log(1 + s)``, the log-likelihood of ``m`` in
 trials are reweighted by a Bayesian bootstrap (Rubin, Ann. Stat. 9 (1981) 130), so that a difference due to a single
 trial is not taken as certain.
 
-The errors of the fitted trials are used for that, not those of trials left out: a cause has at most four unknowns and
-the trials hundreds of independent samples, so the fits are hardly too good, while a fold often is the only trial of its
-kind (a tilt, a tip mass), whose error depends on tolerances that no other trial determines. Trials left out decide
-whether a further cause is named: there a fit that is too good would add causes.
+The log-likelihood is the mean of two: that of the fitted trials, and that of the same trials left out. The fits alone
+prefer a form that bends to what is left; the trials left out alone would judge a cause by the only trial of its kind (a
+tilt, a tip mass), whose error depends on tolerances that no other trial determines. On 124 dirty rigs the mean brought
+the first cause's probability nearer to the truth than the fits alone (mean squared error 0.179 for 0.190). Trials left
+out also decide whether a further cause is named: there a fit that is too good would add causes.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ BOOTSTRAP_DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.0
 # Weight of the trials as recorded, each counted once, beside the draws: a stated choice, which changes little, because
 # the draws scatter about the trials as recorded.
 WEIGHT_AS_RECORDED = 0.25
+# Weight of the log-likelihood of trials left out of the fit beside that of the fitted ones: see above.
+WEIGHT_OF_UNSEEN = 0.5
 
 
 @dataclass(frozen=True)
@@ -277,14 +280,28 @@ def _bootstrapped_costs(hypotheses: Sequence[Assessment[F]]) -> Array:
     independent = independent * min(1.0, MOST_INDEPENDENT_IN_ALL / float(independent.sum()))
     first = known[0]
     rows = []
-    for item, own in zip(hypotheses, known, strict=True):
+    for item, own, grown in zip(hypotheses, known, _growth_on_unseen(hypotheses), strict=True):
         errors = own or first
         assert errors is not None
         gained = 0.0 if own is not None else 2.0 * np.log(item.ratio / hypotheses[0].ratio)
-        rows.append(0.5 * independent * (np.log1p(errors.by_trial) + gained))
+        rows.append(0.5 * independent * (np.log1p(errors.by_trial) + gained + WEIGHT_OF_UNSEEN * grown))
     count = len(independent)
     picks = np.random.default_rng(0).dirichlet(np.ones(count), BOOTSTRAP_DRAWS) * count
     return np.asarray(np.array(rows) @ np.concatenate([np.ones((1, count)), picks]).T)
+
+
+def _growth_on_unseen(hypotheses: Sequence[Assessment[F]]) -> list[Array]:
+    """(n_trial,) each: how much ``log(1 + s)`` of each trial is larger if it is left out of the fit.
+
+    The mean of the others for a hypothesis that was not fitted without trials.
+    """
+    grown = [
+        np.log1p(h.unseen.by_trial) - np.log1p(h.seen.by_trial) if h.unseen is not None and h.seen is not None else None
+        for h in hypotheses
+    ]
+    measured = [each for each in grown if each is not None]
+    mean = np.mean(measured, axis=0) if measured else np.zeros(1)
+    return [mean if each is None else each for each in grown]
 
 
 def _errors_by_trial(item: Assessment[F]) -> TrialErrors | None:

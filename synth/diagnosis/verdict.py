@@ -91,14 +91,16 @@ class Judgement(Generic[F]):
 def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibration) -> list[Assessment[F]]:
     """Those hypotheses of several causes that clearly improve on the best of fewer causes.
 
-    One further cause must remove ``pays`` of the squared error above the noise, and ``LEAST_FURTHER_SHARE`` of the
-    whole gap: near the noise of the fitted trials, far from it on unseen ones if available. A fold is often the only
-    trial of its kind, such as the one log in which a servo reaches its current limit: without it the limit is not
-    determined, and the fold's error tells nothing against it. Far from the noise more than two causes at several joints
-    must take nearly all of the gap, or one of them most of it. A cause with more unknown numbers is not fewer there: a
-    base that yields has initial states in each piece of a swing, and follows what two other causes do. A cause that is
-    less probable than none, because of its own numbers, is no reason to distrust several: at the ends of its priors it
-    imitates them. What leaves as much with another cause in place of one is kept too, as a rival.
+    A set must leave less than any of fewer causes, by ``pays`` of the squared error above the noise, and each of its
+    causes must remove ``LEAST_FURTHER_SHARE`` of the whole gap beside the others. So two causes may replace a third
+    that imitates both but for a twentieth of the gap. The share is that of the fitted trials near the noise, and far
+    from it that of unseen ones if available. A fold is often the only trial of its kind, such as the one log in which a
+    servo reaches its current limit: without it the limit is not determined, and the fold's error tells nothing against
+    it. Far from the noise more than two causes at several joints must take nearly all of the gap, or one of them most
+    of it. A cause with more unknown numbers is not fewer there: a base that yields has initial states in each piece of
+    a swing, and follows what two other causes do. A cause that is less probable than none, because of its own numbers,
+    is no reason to distrust several: at the ends of its priors it imitates them. What leaves as much with another cause
+    in place of one is kept too, as a rival.
     """
     none, far = next((h for h in hypotheses if not h.keys), None), far_share(hypotheses)
     gap = none.above if none is not None else 0.0
@@ -118,12 +120,12 @@ def hypotheses_that_pay(hypotheses: Sequence[Assessment[F]], calibration: Calibr
             kept.append(hypothesis)
             continue
         left, before = hypothesis.above, min(h.above for h in fewer)
-        known = [h for h in fewer if h.unseen is not None]
-        takes = (before - left) / gap if gap > 0.0 else 1.0
-        if far > 0.0 and none is not None and none.unseen is not None and known:
+        parts = [h for h in fewer if set(h.keys) < set(hypothesis.keys)] or fewer
+        takes = (min(h.above for h in parts) - left) / gap if gap > 0.0 else 1.0
+        if far > 0.0 and none is not None and none.unseen is not None:
             if hypothesis.unseen is None:
                 continue
-            unseen = share_removed(hypothesis, none) - max(share_removed(h, none) for h in known)
+            unseen = share_removed(hypothesis, none) - max(share_removed(h, none) for h in parts)
             takes = (1.0 - far) * takes + far * unseen
         if left**2 <= (1.0 - calibration.pays) * before**2 and takes >= LEAST_FURTHER_SHARE:
             kept.append(hypothesis)

@@ -177,13 +177,22 @@ def test_an_explanation_that_predicts_no_trial_left_out_of_its_fit_is_not_accept
         assert judge(Hypotheses(none, (found,), ()), CALIBRATED).verdict == verdict
 
 
-def test_fitted_trials_decide_between_causes_where_they_are_known() -> None:
-    """The same odds from them, whatever the left-out trials say; the penalty of an unknown cancels."""
+def test_fitted_trials_and_the_same_left_out_count_alike() -> None:
+    """The mean of both log-likelihoods; the penalty of an unknown cancels."""
     none = with_fitted(assessed(held_out_error(200, 200, 200), cost=900.0), 200.0)
     first = with_fitted(assessed(held_out_error(90, 90, 90), FRICTION), 50.0)
     second = with_fitted(assessed(held_out_error(60, 60, 60), DRAG), 55.0)
     assert FRICTION.size == DRAG.size
     weights = posterior_weights([none, first, second], CALIBRATED)
+    assert weights[1] / weights[2] == pytest.approx((55 / 50 * 60 / 90) ** 10, rel=1e-2)
+
+
+def test_a_cause_that_was_not_left_out_loses_there_what_the_others_do() -> None:
+    """Its odds against another then are those of the fitted trials."""
+    none = with_fitted(assessed(held_out_error(260, 260, 260), cost=900.0), 200.0)
+    known = with_fitted(assessed(held_out_error(65, 65, 65), FRICTION), 50.0)
+    unknown = replace(with_fitted(assessed(held_out_error(55, 55, 55), DRAG), 55.0), unseen=None)
+    weights = posterior_weights([none, known, unknown], CALIBRATED)
     assert weights[1] / weights[2] == pytest.approx((55 / 50) ** 20, rel=1e-2)
 
 
@@ -270,6 +279,21 @@ def test_an_additional_cause_must_remove_a_tenth_on_left_out_trials() -> None:
     assert hypotheses_that_pay([none, single, tenth], CALIBRATED) == [none, single, tenth]
     assert hypotheses_that_pay([none, single, less], CALIBRATED) == [none, single]
     assert hypotheses_that_pay([none, single, replace(tenth, unseen=None)], CALIBRATED) == [none, single]
+
+
+@pytest.mark.parametrize("floors", [100.0, 1.0])
+def test_a_pair_replaces_a_third_cause_that_imitates_both(floors: float) -> None:
+    """Each of the pair takes much beside the other, and what the third leaves is less than a tenth of the gap.
+
+    A torque a third too large and a shifted reading are nearly a scaled reading on one joint (a dirty rig).
+    """
+    none = assessed(held_out_error(*[20.0 * floors] * 3))
+    imitates = assessed(held_out_error(*[2.4 * floors] * 3), SCALE)
+    parts = [assessed(held_out_error(*[left * floors] * 3), each) for left, each in ((12.0, FRICTION), (8.0, OFFSET))]
+    pair = assessed(held_out_error(*[1.0 * floors] * 3), FRICTION, OFFSET)
+    little = replace(parts[1], unseen=held_out_error(*[1.9 * floors] * 3), ratio=1.9 * floors)
+    assert pair in hypotheses_that_pay([none, imitates, *parts, pair], CALIBRATED)
+    assert pair not in hypotheses_that_pay([none, imitates, parts[0], little, pair], CALIBRATED)
 
 
 def test_a_cause_with_initial_states_of_its_own_is_not_simpler_than_two_without() -> None:

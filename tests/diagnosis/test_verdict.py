@@ -138,7 +138,7 @@ def test_every_part_of_a_verdict_uses_the_calibration_that_is_given() -> None:
     spring = cause("one_sided_spring", "hip")
     alone = far(Assessment(EvaluatedHypothesis((spring,), np.zeros(spring.size), ()), 400.0, 60.0), 60.0, 60.0)
     found = Hypotheses(none, (alone,), (pair,))
-    cheap, dear = (replace(CALIBRATED, per_unknown_far=price) for price in (2.0, 8.0))
+    cheap, dear = (replace(CALIBRATED, per_unknown_far=price) for price in (2.0, 7.5))
     assert judge(found, cheap).accepted.keys == alone.keys
     assert judge(found, dear).accepted.keys == pair.keys
 
