@@ -373,7 +373,7 @@ def simulate(
     ValueError : a known torque or signals of fewer than two samples.
     ArithmeticError : the motion diverged or needs more steps than allowed.
     """
-    legs, held = LegLanes.held(leg, np.asarray(rotation, dtype=float)[:, None])
+    legs, held = LegLanes.held(leg, np.asarray(rotation, dtype=float)[:, None], conditions.locked)
     chain = compiled_chain(legs.n)
     lanes = chain.lanes(legs, conditions)
     n, own = len(leg.joints), list(legs.own)

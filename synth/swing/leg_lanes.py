@@ -179,24 +179,28 @@ class LegLanes:
         return cls.held(leg, np.zeros((len(leg.joints), n_lane)))[0]
 
     @classmethod
-    def held(cls, leg: Leg, rotation: Array) -> tuple[LegLanes, Array]:
+    def held(cls, leg: Leg, rotation: Array, locked: tuple[int, ...] = ()) -> tuple[LegLanes, Array]:
         """As ``whole``, and rotations (n_link, n_lane) rad of the leg held at ``rotation`` (n, n_lane) rad.
 
-        The additional links are deflected as the held leg deflects them.
+        The additional links are deflected as the held leg deflects them. ``locked`` : the leg's locked joints.
         """
         n_lane = rotation.shape[1]
         legs, full = cls.of(leg, n_lane), np.array(rotation, dtype=float)
         for stated in stated_effects(leg, "structure"):
             at = legs.own[stated.joint]
             legs = stated.effect.function()(legs, at, *legs.columns(stated.effect, stated.given))
-            full = legs.started(stated.effect, stated.joint, full)
+            full = legs.started(stated.effect, stated.joint, full, locked)
         return legs, full
 
-    def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
-        """Rotations (n_link, n_lane) rad with the initial ones of the links that a structure effect just inserted."""
+    def started(self, effect: Effect, joint: int, rotation: Array, locked: tuple[int, ...]) -> Array:
+        """Rotations (n_link, n_lane) rad with the initial ones of the links that a structure effect just inserted.
+
+        The lock of a locked joint carries its spring's torque, which then bends nothing.
+        """
         full = np.insert(rotation, [self.newest] * (self.n - len(rotation)), 0.0, axis=0)
         at, count = self.own[joint], self.n - len(rotation)
-        full[self.newest : self.newest + count] = effect.function("start")(self, at, full)
+        if joint not in locked or effect.parts_drive:
+            full[self.newest : self.newest + count] = effect.function("start")(self, at, full)
         if self.newest == at + 1:  # the given rotation is what the encoder reads
             full[at] -= self.read_beyond[at] * full[self.newest]
         return full
@@ -306,14 +310,13 @@ class LegLanes:
         """
         n = self.n
         lanes = np.repeat(off[:, None], self.n_lane, axis=1)
-        carried = np.cumsum(self.mass[::-1], axis=0)[::-1] + tip.mass
-        outboard = np.concatenate([carried[1:], np.full((1, self.n_lane), tip.mass)])
-        reach = self.length if tip.at is None else np.concatenate([self.length[:-1], tip.place(self.length[-1:])])
-        moment = self.mass * self.com + outboard * reach
+        tipped, at = tip.on_links(self.length, self.own[-1])
+        carried = np.cumsum((self.mass + tip.mass * tipped)[::-1], axis=0)[::-1]
+        outboard = np.concatenate([carried[1:], np.zeros((1, self.n_lane))])  # acts at the link's end
+        moment = self.mass * self.com + outboard * self.length + tip.mass * tipped * at
         for i in range(n):
-            own = self.inertia[i] + self.mass[i] * self.com[i] ** 2 + outboard[i] * reach[i] ** 2
-            own += tip.inertia if i == n - 1 else 0.0
-            lanes[layout.inertia_row(i, i)] = own
+            own = self.inertia[i] + self.mass[i] * self.com[i] ** 2 + outboard[i] * self.length[i] ** 2
+            lanes[layout.inertia_row(i, i)] = own + tipped[i] * (tip.mass * at**2 + tip.inertia)
             for j in range(i + 1, n):
                 lanes[layout.inertia_row(i, j)] = self.length[i] * moment[j]
         lanes[layout.rows("gravity")] = self.gravity * moment * (1.0 - self.weightless[:, None])

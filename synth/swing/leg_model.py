@@ -51,6 +51,22 @@ class Tip:
         """Distance from the last joint along its link, m; ``length`` m of that link."""
         return np.asarray(length if self.at is None else np.full_like(np.asarray(length, dtype=float), self.at))
 
+    def on_links(self, length: Array, first: int) -> tuple[Array, Array]:
+        """The link that carries it, and where, if the leg's last link is the links from ``first`` on (one that bends).
+
+        ``length`` (n, n_lane) m of all links. Returns (n, n_lane) 1 for the link that carries it, 0 for others, and
+        (n_lane,) m from that link's joint.
+        """
+        shares, last = np.zeros(length.shape), length.shape[0] - 1
+        if self.at is None or first == last:
+            shares[last] = 1.0
+            return shares, self.place(length[last])
+        begins = np.cumsum(length[first:], axis=0) - length[first:]  # of each part, from the leg's last joint
+        part = (begins[1:] <= max(self.at, 0.0)).sum(axis=0)
+        lanes = np.arange(length.shape[1])
+        shares[first + part, lanes] = 1.0
+        return shares, self.at - begins[part, lanes]
+
 
 @dataclass(frozen=True)
 class Spring:

@@ -13,28 +13,40 @@ if TYPE_CHECKING:
     from synth.swing.leg_lanes import LegLanes
 
 HUB = 0.1  # share of the link's inertia about its joint that remains at the joint if the coupling bends
-LEAST_DISTAL = 0.01  # least share of that inertia that the part beyond the bend has about its centre of mass
+# Least share of that inertia that the part beyond the bend has about its centre of mass, and of the link's mass that it
+# has: what a tenth of a uniform rod has is more than twice that inertia.
+LEAST_DISTAL, LEAST_DISTAL_MASS = 1e-4, 0.01
 DAMPING_RATIO = 0.1  # of a bending link where none is given; assumed, of the order of printed plastics
 
 
 def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_ratio: Array) -> LegLanes:
     """Cut the joint's link at ``place`` (share of its length) and connect the parts by a hinge with a spring.
 
-    Total mass, first moment and inertia remain those of the link. The proximal part is a uniform rod, or, for a cut at
-    0, a hub with the share ``HUB`` of the inertia; less of either where a link's mass is so concentrated that its
+    Total mass, first moment and inertia remain those of the link. The proximal part is that of a uniform rod with a
+    hub at the joint (and a weight at the link's end), whose masses follow from these three; with a hub of inertia where
+    less than the share ``HUB`` would remain at the joint; less of it where a link's mass is so concentrated that its
     distal part would have no inertia left.
     """
     length, mass, com, inertia = (getattr(legs, name)[joint] for name in ("length", "mass", "com", "inertia"))
     about_joint = inertia + mass * com**2
     share = np.broadcast_to(np.asarray(place, dtype=float), length.shape)
     least = np.minimum(LEAST_DISTAL * about_joint, 0.5 * inertia)
-    near_com, own = 0.5 * share * length, (share * length) ** 2 / 12.0  # m, and m^2 of a rod, times its mass
-    near_mass = np.minimum(0.5 * share * mass, _most_proximal(mass, com, inertia, near_com, own, least))
-    hub = np.minimum(HUB * about_joint, inertia - least) * (share == 0.0)
-    near_inertia = near_mass * own + hub
+    rod = np.maximum(6.0 * (mass * com - about_joint / length) / length, 0.0)
+    weight = mass * com / length - 0.5 * rod
+    hub = np.maximum(mass - rod - weight, 0.0) * (share > 0.0)  # at a cut at the joint it moves with either part alike
+    wanted = hub + share * rod
+    of_rod = np.divide(share * rod, wanted, out=np.zeros_like(wanted), where=wanted > 0.0)
+    near_com = 0.5 * of_rod * share * length  # m
+    own = of_rod * (share * length) ** 2 / 3.0 - near_com**2  # m^2, inertia about that over mass
+    near_mass = np.minimum(wanted, (1.0 - LEAST_DISTAL_MASS) * mass)
+    near_mass = np.minimum(near_mass, _most_proximal(mass, com, inertia, near_com, own, least))
+    near_inertia = near_mass * own
     far_mass = mass - near_mass
     far_com = (mass * com - near_mass * near_com) / far_mass  # from the joint
     far_inertia = about_joint - near_inertia - near_mass * near_com**2 - far_mass * far_com**2
+    remains = near_inertia + near_mass * near_com**2 + far_mass * (share * length) ** 2
+    added = np.clip(HUB * about_joint - remains, 0.0, np.maximum(far_inertia - least, 0.0))
+    near_inertia, far_inertia = near_inertia + added, far_inertia - added
     moving = far_inertia + far_mass * (far_com - share * length) ** 2
     made = legs.with_link(
         joint + 1,
@@ -64,9 +76,13 @@ def _most_proximal(mass: Array, com: Array, inertia: Array, near_com: Array, own
 
 
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
-    """Bend (n_lane,) rad at the release, due to the joint's spring while the end of the link is held."""
+    """Bend (n_lane,) rad at the release, due to the joint's spring while a force holds the end of the link.
+
+    The force's moment about the bend is less than about the joint, by the bend's place.
+    """
     torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
-    return np.asarray(torque / legs.spring_rate[joint + 1])
+    share = legs.length[joint + 1] / (legs.length[joint] + legs.length[joint + 1])
+    return np.asarray(share * torque / legs.spring_rate[joint + 1])
 
 
 EFFECT = Effect(

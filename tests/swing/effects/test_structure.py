@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from synth.swing.effects import effect_named
 from synth.swing.effects.base_compliance import LEVER
 from synth.swing.effects.link_flexibility import DAMPING_RATIO, HUB
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring, Tip
 
 START = [0.5, -1.8, 1.2]
 
@@ -54,8 +55,17 @@ def test_a_cut_link_keeps_mass_moment_inertia_and_length(place: float) -> None:
 def test_a_bending_link_in_a_file_moves_as_the_longer_leg_written_by_hand(place: float, tmp_path: Path) -> None:
     made, link = bending(place), robot().joints[1].link
     about = link.inertia + link.mass * link.com**2
-    near_mass, near_com = 0.5 * place * link.mass, 0.5 * place * link.length
-    near_inertia = near_mass * (place * link.length) ** 2 / 12 + (HUB * about if place == 0.0 else 0.0)
+    # a rod, a weight at its end and a hub at the joint with the link's mass, first moment and inertia
+    rod, _, hub = np.linalg.solve(
+        [[1, 1, 1], [0.5, 1, 0], [1 / 3, 1, 0]],
+        [link.mass, link.mass * link.com / link.length, about / link.length**2],
+    )
+    assert min(rod, hub) > 0.0
+    near_mass = place * rod + (hub if place > 0.0 else 0.0)
+    near_com = 0.5 * place**2 * rod * link.length / near_mass if place > 0.0 else 0.0
+    near_inertia = (
+        rod * place**3 * link.length**2 / 3 - near_mass * near_com**2 + (HUB * about if place == 0.0 else 0.0)
+    )
     far_mass = link.mass - near_mass
     far_com = (link.mass * link.com - near_mass * near_com) / far_mass - place * link.length
     reach = far_com + place * link.length
@@ -73,7 +83,7 @@ def test_a_bending_link_in_a_file_moves_as_the_longer_leg_written_by_hand(place:
     got = simulate(read_leg(path), START, [0.0, 3.0, -4.0], times, tolerance=1e-9)
     assert knee.spring is not None
     rest = knee.sign * (knee.spring.free_angle - knee.zero)
-    bent = knee.spring.rate * (START[1] - rest) / 8.0  # the link's end is held: its joint's spring bends it
+    bent = (1 - place) * knee.spring.rate * (START[1] - rest) / 8.0  # a force holds the link's end
     expected = simulate(longer, [0.5, -1.8, bent, 1.2], [0.0, 3.0, 0.0, -4.0], times, tolerance=1e-9)
     np.testing.assert_allclose(got, expected[:, [0, 1, 3]], atol=1e-7)
     assert np.abs(got - simulate(robot(damper=[0.3, 0.02, 0.01]), START, [0.0, 3.0, -4.0], times)).max() > 0.01
@@ -245,3 +255,79 @@ def test_a_link_that_bends_keeps_mass_moment_and_inertia(place: float, spread: f
     assert lengths.sum() == pytest.approx(length)
     assert bool((about >= 0.0).all())
     assert about[1] > 0.0
+
+
+@pytest.mark.parametrize("place", [0.2, 0.5, 0.9])
+def test_a_uniform_rod_is_cut_into_two_uniform_rods(place: float) -> None:
+    length, mass = 0.22, 0.35
+    rod = Link(length, mass, length / 2, mass * length**2 / 12)
+    legs = LegLanes.whole(
+        Leg("rod", (Joint("hip", rod, effects={"link_flexibility": {"stiffness": 8.0, "place": place}}),))
+    )
+    for part, share in enumerate((place, 1.0 - place)):
+        expected = share * length, share * mass, share * length / 2, share * mass * (share * length) ** 2 / 12
+        found = [float(getattr(legs, name)[part, 0]) for name in ("length", "mass", "com", "inertia")]
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_bend_near_the_free_end_matters_less() -> None:
+    """Its part is short and light, and the force that holds the end bends it little."""
+    times = np.linspace(0, 1, 51)
+    alone = robot(damper=[0.3, 0.02, 0.01]).with_joints(ankle={"effects": {}})
+    rigid = simulate(alone, START, [0.0] * 3, times, tolerance=1e-9)
+    moved = []
+    for place in (0.3, 0.6, 0.9):
+        bent = alone.with_joints(ankle={"effects": {"link_flexibility": {"stiffness": 5.0, "place": place}}})
+        moved.append(np.abs(simulate(bent, START, [0.0] * 3, times, tolerance=1e-9) - rigid).max())
+    assert moved[0] > 2 * moved[1] > 10 * moved[2] > 0.0
+
+
+def test_the_lock_of_a_joint_carries_its_springs_torque() -> None:
+    """The link starts straight, as the longer chain does, and bends when the other joints move."""
+    made = bending(0.0)
+    times, conditions = np.linspace(0, 1, 51), Conditions(locked=(1,))
+    whole = LegLanes.whole(made)
+    links = [Link(*(float(getattr(whole, n)[i, 0]) for n in ("length", "mass", "com", "inertia"))) for i in range(4)]
+    hip, knee, ankle = made.joints
+    near = Joint("knee", links[1], knee.zero, knee.sign, None, knee.spring, knee.damper)
+    bend = Joint("bend", links[2], spring=Spring(8.0, 0.0), damper=Damper(float(whole.damper_rate[2, 0])))
+    longer = Leg("by hand", (hip, near, bend, ankle))
+    got = simulate(made, START, [0.0] * 3, times, conditions, tolerance=1e-9)
+    expected = simulate(longer, [0.5, -1.8, 0.0, 1.2], [0.0] * 4, times, conditions, tolerance=1e-9)
+    np.testing.assert_allclose(got, expected[:, [0, 1, 3]], atol=1e-7)
+    assert np.ptp(expected[:, 2]) > 0.01
+
+
+def test_the_lock_of_the_first_joint_carries_its_springs_torque_before_the_mount_does() -> None:
+    made = replace(robot(), effects={"base_compliance": {"rocking_stiffness": 40.0, "arm": 0.05, "inertia": 0.02}})
+    legs, held = LegLanes.held(made, np.array(START)[:, None], locked=(0,))
+    assert legs.n == 4
+    np.testing.assert_array_equal(held[:, 0], [0.0, *START])
+
+
+@pytest.mark.parametrize("at", [0.03, 0.09, 0.15])
+def test_a_tip_mass_is_placed_from_the_joint_of_a_link_that_bends(at: float) -> None:
+    """On the part that it is fastened to, before and beyond the bend."""
+    link, cut = Link(0.2, 0.3, 0.08, 1.5e-3), 0.08
+    plain = Joint("hip", link, spring=Spring(1.5, 0.4), damper=Damper(0.01))
+    made = Leg("one", (replace(plain, effects={"link_flexibility": {"stiffness": 8.0, "place": 0.4}}),))
+    whole, tip = LegLanes.whole(made), Tip(0.1, 2e-4, at)
+    parts = [Link(*(float(getattr(whole, n)[i, 0]) for n in ("length", "mass", "com", "inertia"))) for i in range(2)]
+    if at < cut:  # the near part with the mass, by hand
+        near = parts[0]
+        mass = near.mass + tip.mass
+        com = (near.mass * near.com + tip.mass * at) / mass
+        about = near.inertia + near.mass * near.com**2 + tip.inertia + tip.mass * at**2
+        parts[0], carried = Link(near.length, mass, com, about - mass * com**2), Tip()
+    else:
+        carried = Tip(tip.mass, tip.inertia, at - cut)
+    bend = Joint("bend", parts[1], spring=Spring(8.0, 0.0), damper=Damper(float(whole.damper_rate[1, 0])))
+    longer = Leg("by hand", (replace(plain, link=parts[0]), bend))
+    times, bent = np.linspace(0, 1, 51), 0.6 * 1.5 * (0.9 - 0.4) / 8.0
+    got, expected = (
+        simulate(
+            leg, start, [0.0] * len(start), times, Conditions((), each.mass, 0.0, each.inertia, each.at), tolerance=1e-9
+        )
+        for leg, start, each in ((made, [0.9], tip), (longer, [0.9, bent], carried))
+    )
+    np.testing.assert_allclose(got[:, 0], expected[:, 0], atol=1e-7)

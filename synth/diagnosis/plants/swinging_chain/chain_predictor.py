@@ -137,9 +137,9 @@ class Predictor:
             self._hold(trial, common.readings, state)
         if common.added:
             added = [_departures(blocks, i, n, int(ends[-1])) for i in range(len(trials))]
-            each = zip(added, states, strict=True)
+            each, locked = zip(added, states, strict=True), recording.conditions.locked
             states = np.stack(
-                [_initial_motion(common.added, departures, state[:n], state[n:]) for departures, state in each]
+                [_initial_motion(common.added, departures, state, locked) for departures, state in each]
             )
         legs, chain = common.legs, common.chain
         own = list(legs.own)
@@ -340,11 +340,12 @@ def _extend_chain(legs: LegLanes, pending: Sequence[_LaneEffect]) -> tuple[_Adde
 
 
 def _initial_motion(
-    added: Sequence[_AddedLinks], departures: Mapping[Place, Array], rotation: Array, rates: Array
+    added: Sequence[_AddedLinks], departures: Mapping[Place, Array], state: Array, locked: tuple[int, ...]
 ) -> Array:
     """Initial rotations and rates (2 n_link, n_lane) with those of the added links; those of a stated one are held."""
+    rotation, rates = np.split(state, 2)
     for place, effect, legs, links in added:
-        rotation = legs.started(effect, place[1], rotation)
+        rotation = legs.started(effect, place[1], rotation, locked)
         rates = np.insert(rates, [links.start] * len(links), 0.0, axis=0)
         held, at = rotation.copy(), legs.own[place[1]]
         for k, link in enumerate(links if place in departures else ()):
