@@ -62,13 +62,13 @@ class Calibration:
     For a remainder far above the noise: ``most`` : share of the gap's RMS that the best single cause must remove from
     the fitted trials for an unknown cause to be less probable than not, ``most_of_several`` : the same for several;
     ``steep`` : slope of that probability over the share; ``most_unknown`` : its largest value; ``free_leads`` :
-    advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown, ``per_state_far`` :
-    per initial state of an added link and trial; near half the logarithm of the number of independent errors that
-    determine it (Schwarz, Ann. Stat. 6 (1978) 461): 20 for an unknown (1.5), 3 to 8 of one trial for a state (0.5 to
-    1). ``accuracy`` : gap as a share of the motion (RMS) at which a missing effect is as probable as not if no cause of
-    the library removes any of it: models of rigs without faults follow them to 0.05 to 0.5 deg of swings of 30 deg;
-    ``accuracy_steep`` : slope over the share's logarithm. Tuned: ``make tune-rigs`` (simulated rigs with small causes
-    beside the main one).
+    advantage allowed to a free torque on unseen trials; ``per_unknown_far`` : penalty per unknown, near half the
+    logarithm of the 20 independent errors that determine it (1.5; Schwarz, Ann. Stat. 6 (1978) 461); ``per_state_far``
+    : penalty per initial state of an added link and trial, times ``log(1 + m)`` for the ``m`` independent errors of
+    that trial (near a half: Occam's factor of a normal prior as wide as the errors). ``accuracy`` : gap as a share of
+    the motion (RMS) at which a missing effect is as probable as not if no cause of the library removes any of it:
+    models of rigs without faults follow them to 0.05 to 0.5 deg of swings of 30 deg; ``accuracy_steep`` : slope over
+    the share's logarithm. Tuned: ``make tune-rigs`` (simulated rigs with small causes beside the main one).
     """
 
     temperature: float = 3.0
@@ -93,7 +93,7 @@ class Calibration:
     free_leads: float = 0.15
     most_unknown: float = 0.75
     per_unknown_far: float = 2.0
-    per_state_far: float = 0.7
+    per_state_far: float = 0.4
     accuracy: float = 0.01
     accuracy_steep: float = 3.0
 
@@ -192,7 +192,8 @@ def _charges_for_unknowns(hypotheses: Sequence[Assessment[F]], calibration: Cali
     than a plain one.
     """
     unknowns, states, shapes = np.array([(h.n_unknown, h.n_state, shape_cost(h.fit.shapes)) for h in hypotheses]).T
-    of_states = calibration.per_state_far * _trial_count(hypotheses) * states
+    each = _independent_errors(hypotheses)
+    of_states = calibration.per_state_far * float(np.log1p(each).sum()) * states
     return np.asarray(calibration.per_unknown_far * unknowns + of_states + shapes)
 
 
@@ -274,10 +275,7 @@ def _bootstrapped_costs(hypotheses: Sequence[Assessment[F]]) -> Array:
 
     A hypothesis without errors by trial gets those of the first, minus its gain in all trials.
     """
-    known = [_errors_by_trial(h) for h in hypotheses]
-    independent = min((each for each in known if each is not None), key=lambda each: each.typical).independent
-    independent = np.minimum(independent, MOST_INDEPENDENT_A_TRIAL)
-    independent = independent * min(1.0, MOST_INDEPENDENT_IN_ALL / float(independent.sum()))
+    known, independent = [_errors_by_trial(h) for h in hypotheses], _independent_errors(hypotheses)
     first = known[0]
     rows = []
     for item, own, grown in zip(hypotheses, known, _growth_on_unseen(hypotheses), strict=True):
@@ -288,6 +286,15 @@ def _bootstrapped_costs(hypotheses: Sequence[Assessment[F]]) -> Array:
     count = len(independent)
     picks = np.random.default_rng(0).dirichlet(np.ones(count), BOOTSTRAP_DRAWS) * count
     return np.asarray(np.array(rows) @ np.concatenate([np.ones((1, count)), picks]).T)
+
+
+def _independent_errors(hypotheses: Sequence[Assessment[F]]) -> Array:
+    """(n_trial,) independent errors of each trial that count, those of the best hypothesis; none if none is known."""
+    known = [each for h in hypotheses if (each := _errors_by_trial(h)) is not None]
+    if not known:
+        return np.zeros(0)
+    independent = np.minimum(min(known, key=lambda each: each.typical).independent, MOST_INDEPENDENT_A_TRIAL)
+    return np.asarray(independent * min(1.0, MOST_INDEPENDENT_IN_ALL / float(independent.sum())))
 
 
 def _growth_on_unseen(hypotheses: Sequence[Assessment[F]]) -> list[Array]:

@@ -143,14 +143,27 @@ def test_far_above_the_noise_odds_come_from_the_errors_by_trial() -> None:
 
 
 def test_the_initial_states_of_an_added_link_cost_what_unknowns_of_one_trial_do() -> None:
-    """Two a link and trial: where the errors are alike, the odds are the penalties'."""
+    """Two a link and trial, at 20/3 independent errors each. Where errors are alike, the odds are the penalties'."""
     flexible = cause("link_flexibility", "knee")
     assert (flexible.size, flexible.links, DRAG.links) == (1, 1, 0)
     none = assessed(held_out_error(200, 200, 200))
     alike = [assessed(held_out_error(100, 100, 100), each) for each in (flexible, DRAG)]
     weights = posterior_weights([none, *alike], CALIBRATED)
-    more = CALIBRATED.per_unknown_far * (DRAG.size - 1) - CALIBRATED.per_state_far * 2 * 3
+    a_state = CALIBRATED.per_state_far * np.log(1.0 + 20.0 / 3.0)
+    more = CALIBRATED.per_unknown_far * (DRAG.size - 1) - a_state * 2 * 3
     assert weights[1] / weights[2] == pytest.approx(np.exp(more), rel=1e-3)
+
+
+def test_states_of_many_short_pieces_cost_no_more_than_their_errors_tell() -> None:
+    """Ninety-nine pieces share twenty independent errors: they cannot charge an added link with hundreds."""
+    flexible, count = cause("link_flexibility", "knee"), 99
+    none = assessed(held_out_error(*[200] * count))
+    half = [assessed(held_out_error(*[left] * count), each) for left, each in ((50, flexible), (100, DRAG))]
+    weights = posterior_weights([none, *half], CALIBRATED)
+    charged = CALIBRATED.per_state_far * 2 * count * np.log(1.0 + 20.0 / count)
+    more = CALIBRATED.per_unknown_far * (DRAG.size - 1) - charged + 10.0 * np.log((1 + 100**2) / (1 + 50**2))
+    assert weights[1] / weights[2] == pytest.approx(np.exp(more), rel=1e-3)
+    assert charged < 20.0
 
 
 @pytest.mark.parametrize(("floors", "factor"), [(1.0, 0.0), (100.0, 1.0)])

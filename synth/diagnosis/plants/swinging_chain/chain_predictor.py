@@ -138,9 +138,7 @@ class Predictor:
         if common.added:
             added = [_departures(blocks, i, n, int(ends[-1])) for i in range(len(trials))]
             each, locked = zip(added, states, strict=True), recording.conditions.locked
-            states = np.stack(
-                [_initial_motion(common.added, departures, state, locked) for departures, state in each]
-            )
+            states = np.stack([_initial_motion(common.added, departures, state, locked) for departures, state in each])
         legs, chain = common.legs, common.chain
         own = list(legs.own)
         known, signals = recording.known_torque, recording.signals
