@@ -11,8 +11,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessment, F, Hypotheses, Key, TrialErrors
-from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import (
+    BOOTSTRAP_DRAWS,
     LEAST_FURTHER_SHARE,
     costs_against,
     far_share,
@@ -21,6 +21,7 @@ from synth.diagnosis.odds import (
     share_removed_from_fitted,
     unknowns_and_states,
 )
+from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import posterior_weights as posterior_weights
 from synth.diagnosis.unknown_cause import least_removed_share, probability_beyond_accuracy, probability_of_unknown
@@ -42,6 +43,8 @@ MOST_TIED = 6
 # dominates, and small causes of every kind follow that error: on 40 dirty rigs without a main cause six of seven
 # explanations with a cause that was not there were of three, which took 70 to 93 % (``make blind-rigs``, seed 5050).
 FEW, FROM_NOISE, MOST_OF_MANY, DOMINATES = 2, 0.25, 0.95, 0.5
+# Difference of two weights that lies within the standard error of the bootstrap's draws.
+UNRESOLVED = 0.5 / BOOTSTRAP_DRAWS**0.5
 PROBABILITY_OF_COUNTS = 0.95  # probability of visible coarse counts; not tuned
 # Probability of an unknown cause if held-out trials surely contradict the explanation: a choice.
 UNKNOWN_IF_CONTRADICTED = 0.9
@@ -178,6 +181,7 @@ def judge(
     weights = _weights_by_removal(
         hypotheses, posterior_weights_beside(hypotheses, fitted, found.small, calibration, singles)
     )
+    weights = _simpler_of_equal(hypotheses, weights)
     heaviest = _heaviest_index(hypotheses, weights)
     best = hypotheses[heaviest]
     unexplained = max(1.0 - float(weights[0]), probability_beyond_accuracy(found.none.above / motion, calibration))
@@ -221,6 +225,19 @@ def _heaviest_index(hypotheses: Sequence[Assessment[F]], weights: Array) -> int:
     leading = {key for key, weight in total.items() if weight >= most - 1e-12}
     among = [i for i, hypothesis in enumerate(hypotheses) if leading & set(hypothesis.keys)]
     return max(among, key=lambda i: float(weights[i]))
+
+
+def _simpler_of_equal(hypotheses: Sequence[Assessment[F]], weights: Array) -> Array:
+    """The weights; where the draws do not resolve the first two of them, the simpler hypothesis gets the larger one."""
+    first, second = np.argsort(-weights, kind="stable")[:2] if len(weights) > 1 else (0, 0)
+    sizes = unknowns_and_states(hypotheses)
+    if far_share(hypotheses) == 0.0 or sizes[second] >= sizes[first] or not hypotheses[second].keys:
+        return weights
+    if weights[first] - weights[second] > UNRESOLVED:
+        return weights
+    kept = weights.copy()
+    kept[[first, second]] = weights[[second, first]]
+    return kept
 
 
 def _weights_by_removal(hypotheses: Sequence[Assessment[F]], weights: Array) -> Array:

@@ -166,6 +166,19 @@ def test_states_of_many_short_pieces_cost_no_more_than_their_errors_tell() -> No
     assert charged < 20.0
 
 
+@pytest.mark.parametrize(("left", "first"), [(50.06, "simple"), (53.0, "rich")])
+def test_the_simpler_of_two_that_the_draws_do_not_separate_comes_first(left: float, first: str) -> None:
+    """The rich one is ahead by less, and by more, than the standard error of 400 draws."""
+    priced = np.exp(CALIBRATED.per_unknown_far * (DRAG.size - OFFSET.size) / 20.0)
+    none = assessed(held_out_error(200, 200, 200))
+    rich, simple = assessed(held_out_error(*[50.0 / priced] * 3), DRAG), assessed(held_out_error(*[left] * 3), OFFSET)
+    weights = posterior_weights([none, rich, simple], CALIBRATED)
+    assert weights[1] > weights[2]
+    assert bool(weights[1] - weights[2] < 0.025) is (first == "simple")
+    judged = judge(Hypotheses(none, (rich, simple), ()), CALIBRATED)
+    assert judged.accepted is {"rich": rich, "simple": simple}[first]
+
+
 @pytest.mark.parametrize(("floors", "factor"), [(1.0, 0.0), (100.0, 1.0)])
 def test_an_unusual_shape_costs_odds_far_from_the_noise(floors: float, factor: float) -> None:
     """By its prior, as the cost of a fit already has it near the noise; a strength may have any size."""
