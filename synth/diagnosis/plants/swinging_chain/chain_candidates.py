@@ -13,6 +13,7 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
+from synth.diagnosis.plants.swinging_chain.trial_legs import links_of_structures
 from synth.drives.servo import Servo, fed_together
 from synth.estimation.parameters import Parameter
 from synth.pace import paces
@@ -20,10 +21,10 @@ from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, registered
 from synth.swing.effects.definition import Need
 from synth.swing.lane_layout import MOST_LINKS
-from synth.swing.leg_lanes import LegLanes, has_direction, turned_to_rotation
+from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
-from synth.swing.stated_effects import Place, stated_effects
+from synth.swing.stated_effects import Place
 
 LEAST_NATURAL_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
 LEAST_WARMING_TIME = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
@@ -208,6 +209,11 @@ class Candidate(ShapedEffect):
         return len(ways) if self.effect.way == "structure" else 0
 
     @property
+    def replaced_links(self) -> int:
+        """Number of links of the stated structure whose place it takes."""
+        return self.stated_links.get((self.effect.name, self.joint), 0)
+
+    @property
     def nearly_linear(self) -> bool:
         """The change of the leg's numbers or the readings."""
         return self.effect.way in ("leg", "reading")
@@ -324,7 +330,7 @@ def _properties_of_leg(leg: Leg, trials: Sequence[AngleTrial]) -> AbstractSet[st
 def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
     """Every effect at every place where it could act and be visible, in every shape."""
     free = sorted({j for trial in trials for j in trial.free})
-    made, stated = [], _links_of_structures(leg)
+    made, stated = [], links_of_structures(leg)
     for effect in registered():
         # A link's mass is visible where it moves: at a free joint or outboard of one.
         first = min(free, default=0) if effect.way == "leg" else 0
@@ -340,13 +346,3 @@ def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> l
                 if candidate.has_room:
                     made.append(candidate)
     return made
-
-
-def _links_of_structures(leg: Leg) -> dict[Place, int]:
-    """Number of links that each structure of the leg file adds."""
-    legs, found = LegLanes.of(leg), {}
-    for stated in stated_effects(leg, "structure"):
-        with_it = stated.effect.function()(legs, legs.own[stated.joint], *legs.columns(stated.effect, stated.given))
-        found[stated.place] = with_it.n - legs.n
-        legs = with_it
-    return found

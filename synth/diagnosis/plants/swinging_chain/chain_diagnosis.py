@@ -39,6 +39,7 @@ from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_se
 from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
+from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
@@ -391,7 +392,7 @@ def scene_of(
     found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance, joints_by_current(leg, trials))
-    predictor = Predictor(leg, tolerances)
+    predictor = Predictor(leg, tolerances, trial_legs=TrialLegs.of(leg, prepared))
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings += filter(None, [cut_sentence([*given, *held])])
     usual = usual_noise(found, coarse)
