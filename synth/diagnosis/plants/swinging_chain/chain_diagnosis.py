@@ -350,7 +350,7 @@ def diagnose(
     shown = plant.shown(stages)
     moved = moved_numbers(plant, leg, tolerances, findings.best, errors)
     return GapResult(
-        **with_moved_numbers(with_replaced_effects(findings.fields(), leg), moved),
+        **with_moved_numbers(with_replaced_effects(findings.fields(), leg, trials), moved),
         leg=leg,
         where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
@@ -392,7 +392,7 @@ def scene_of(
     found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance, joints_by_current(leg, trials))
-    predictor = Predictor(leg, tolerances, trial_legs=TrialLegs.of(leg, prepared))
+    predictor = Predictor(leg, tolerances, trial_legs=TrialLegs.of(leg, [r.leg for r in made]))
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings += filter(None, [cut_sentence([*given, *held])])
     usual = usual_noise(found, coarse)

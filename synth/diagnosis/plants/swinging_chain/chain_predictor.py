@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, NamedTuple
@@ -148,21 +149,22 @@ class Predictor:
         for trial, state in zip(trials, states, strict=True):
             self._hold(trial, common.readings, state)
         if common.added:
-            starting = [_starting_links(block.hypothesis, self._legs.started) for block in blocks]
+            own = self._legs.own_places(recording.leg or self.leg)
+            starting = [_starting_links(block.hypothesis, self._legs.started, own) for block in blocks]
             added = [_departures(blocks, starting, i, 2 * n) for i in range(len(trials))]
             each = zip(added, states, strict=True)
             states = np.stack(
                 [_initial_motion(common.added, departures, state[:n], state[n:]) for departures, state in each]
             )
         legs, chain = common.legs, common.chain
-        own = list(legs.own)
+        joints = list(legs.own)
         known, signals = recording.known_torque, recording.signals
         if known is not None and legs.n > n:
             wide = np.zeros((len(known[0]), legs.n))
-            wide[:, own] = known[1]
+            wide[:, joints] = known[1]
             known = (known[0], wide)
         if signals is not None and legs.n > n:
-            signals = signals.widened(legs.n, own)
+            signals = signals.widened(legs.n, joints)
         first = np.cumsum([0, *[len(trial.time) for trial in trials]]).tolist()
         out = chain.run(
             common.groups.starting(states, first[:-1]),
@@ -194,8 +196,12 @@ class Predictor:
             self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
             pending: list[_LaneEffect] = []
             readings: list[_LaneEffect] = []
+            stated = trial.recording.leg or self.leg
+            own = self._legs.own_places(stated)
             for candidate, x, lanes in self._gathered(blocks):
                 way = candidate.effect.way
+                if _place(candidate) in own:
+                    continue
                 if way == "torque":
                     _switch_effect_on(legs, candidate, candidate.in_rotation(x), lanes)
                 elif way in ("leg", "drive"):
@@ -204,7 +210,6 @@ class Predictor:
                     readings.append((candidate, candidate.values(x), lanes))
                 else:
                     pending.append((candidate, candidate.values(x), lanes))
-            stated = trial.recording.leg or self.leg
             pending += _stated_beside(stated, "structure", pending, legs.n_lane)
             readings += _stated_beside(stated, "reading", readings, legs.n_lane)
             readings.sort(key=lambda item: in_order_of_action(item[0].effect))
@@ -310,15 +315,17 @@ def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Ar
     return np.concatenate(each, axis=2)
 
 
-def _starting_links(hypothesis: Hypothesis, stated: Mapping[Place, int]) -> list[tuple[Place | None, int]]:
+def _starting_links(
+    hypothesis: Hypothesis, stated: Mapping[Place, int], own: AbstractSet[Place]
+) -> list[tuple[Place | None, int]]:
     """Place and number of the links whose initial states a ``Block`` has, in its order; None for a place not used.
 
-    A candidate's replace those of the ``stated`` structure in its place.
+    A candidate's replace those of the ``stated`` structure in its place, except at the leg's ``own`` places.
     """
-    structures = [c for c in chain_candidates(hypothesis) if c.effect.way == "structure"]
-    replaced = {_place(candidate) for candidate in structures}
-    own = [(None if place in replaced else place, number) for place, number in stated.items()]
-    return [*own, *((_place(candidate), candidate.links) for candidate in structures)]
+    structures = [(_place(c), c.links) for c in chain_candidates(hypothesis) if c.effect.way == "structure"]
+    replaced = {place for place, _ in structures} - own
+    kept = [(None if place in replaced else place, number) for place, number in stated.items()]
+    return [*kept, *((None if place in own else place, number) for place, number in structures)]
 
 
 def _departures(

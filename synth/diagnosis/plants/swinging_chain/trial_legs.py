@@ -1,29 +1,56 @@
-"""The legs of a project's trials, and the links that the structures which they state add."""
+"""The legs of a project's trials: which of their effects a common cause replaces, and what links structures add.
+
+An effect that a trial's own leg states is that leg's own, as of another arm, unless the project's leg states it alike:
+a cause, which is common to all trials, then leaves it in that trial as its file states it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from synth.diagnosis.angle_trials import AngleTrial
+from synth.swing.effects.definition import Way
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
-from synth.swing.stated_effects import Place, stated_effects
+from synth.swing.stated_effects import COUNTS, Place, StatedEffect, stated_effects
+
+REPLACED_WAYS: tuple[Way, ...] = ("torque", "reading", "structure")  # others change a number that the file states
 
 
 @dataclass(frozen=True)
 class TrialLegs:
-    """The project's leg and the ``own`` legs of trials, each once."""
+    """The project's leg and the ``own`` legs of trials, each once; ``swung`` : whether a trial is of the project's."""
 
     leg: Leg
     own: tuple[Leg, ...] = ()
+    swung: bool = True
 
     @classmethod
-    def of(cls, leg: Leg, trials: Sequence[AngleTrial]) -> TrialLegs:
-        """The legs of these trials beside the project's."""
-        own = [trial.recording.leg for trial in trials if trial.recording.leg is not None]
-        return cls(leg, tuple({id(each): each for each in own}.values()))
+    def of(cls, leg: Leg, each: Iterable[Leg | None]) -> TrialLegs:
+        """The project's leg, and that of each trial; None: the project's."""
+        given = list(each)
+        own = {id(other): other for other in given if other is not None}
+        return cls(leg, tuple(own.values()), swung=None in given or not own)
+
+    @property
+    def used(self) -> tuple[Leg, ...]:
+        """The legs of trials; what the first states is common to all that state it alike."""
+        return (self.leg, *self.own) if self.swung else self.own
+
+    def own_places(self, leg: Leg) -> frozenset[Place]:
+        """Where this leg states an effect of its own, which a common cause leaves in its trials."""
+        if id(leg) not in self._own_places:
+            first = leg if leg is self.leg else self.used[0]  # imagined trials are of the project's leg
+            common = {stated.place: stated.values for stated in _replaceable(first)}
+            own = (stated.place for stated in _replaceable(leg) if common.get(stated.place) != stated.values)
+            self._own_places[id(leg)] = frozenset(own)
+        return self._own_places[id(leg)]
+
+    @cached_property
+    def _own_places(self) -> dict[int, frozenset[Place]]:
+        """The results of ``own_places``; imagined trials are of ``leg``, which is kept here too."""
+        return {}
 
     @cached_property
     def started(self) -> dict[Place, int]:
@@ -36,6 +63,11 @@ class TrialLegs:
             for place, number in links_of_structures(leg).items():
                 found[place] = max(number, found.get(place, 0))
         return found
+
+
+def _replaceable(leg: Leg) -> list[StatedEffect]:
+    """The effects that a leg states and a cause may take the place of."""
+    return [stated for way in REPLACED_WAYS for stated in stated_effects(leg, way) if stated.effect.name != COUNTS]
 
 
 def links_of_structures(leg: Leg) -> Mapping[Place, int]:
