@@ -6,11 +6,12 @@ a cause, which is common to all trials, then leaves it in that trial as its file
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from synth.swing.effects.definition import Way
+from synth.swing.lane_layout import MOST_LINKS
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 from synth.swing.stated_effects import COUNTS, Place, StatedEffect, stated_effects
@@ -46,6 +47,30 @@ class TrialLegs:
             own = (stated.place for stated in _replaceable(leg) if common.get(stated.place) != stated.values)
             self._own_places[id(leg)] = frozenset(own)
         return self._own_places[id(leg)]
+
+    def replaced_links(self, place: Place) -> int:
+        """Number of links of the stated structure whose place a cause takes."""
+        return links_of_structures(self.used[0]).get(place, 0)
+
+    @property
+    def most_links(self) -> int:
+        """Number of links of the leg that has most, with those of the structures that it states."""
+        return len(self.leg.joints) + max(sum(number for _, number in stated) for stated, _ in self._kinds)
+
+    def leave_room(self, causes: Sequence[tuple[Place, int]]) -> bool:
+        """Whether each leg, with the links that ``causes`` add at their places, can be simulated."""
+        for stated, own in self._kinds:
+            acting = {place: number for place, number in causes if place not in own}
+            kept = sum(number for place, number in stated if place not in acting)
+            if len(self.leg.joints) + kept + sum(acting.values()) > MOST_LINKS:
+                return False
+        return True
+
+    @cached_property
+    def _kinds(self) -> set[tuple[frozenset[tuple[Place, int]], frozenset[Place]]]:
+        """Links that a leg's structures add, and its own places: one of each kind of the legs."""
+        each = (self.leg, *self.own)
+        return {(frozenset(links_of_structures(leg).items()), self.own_places(leg)) for leg in each}
 
     @cached_property
     def _own_places(self) -> dict[int, frozenset[Place]]:
