@@ -84,7 +84,7 @@ def as_recorded(bench: Workbench) -> EvaluatedHypothesis:
     friction), and no search from there finds the cause.
     """
     states = tuple(first_state(trial) for trial in bench.trials)
-    fit = bench.evaluate([EvaluatedHypothesis((), np.zeros(bench.n_tolerance), states)])[0]
+    fit = bench.evaluate([bench.awake(EvaluatedHypothesis((), np.zeros(bench.n_tolerance), states))])[0]
     return replace(fit, frame=bench.frame(fit))
 
 

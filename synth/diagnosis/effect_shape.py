@@ -37,6 +37,11 @@ class ShapedEffect(ABC):
         return 0
 
     @property
+    def replaced_links(self) -> int:
+        """Number of links of the designed leg that it takes the place of."""
+        return 0
+
+    @property
     def part(self) -> str:
         """The part of its place that it describes, "spring" or "damper"; empty if none."""
         return ""

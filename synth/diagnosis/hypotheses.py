@@ -29,6 +29,10 @@ class HypothesisCause(Protocol):
         """Number of links that it adds to the leg."""
 
     @property
+    def replaced_links(self) -> int:
+        """Number of links of the designed leg that it takes the place of."""
+
+    @property
     def part(self) -> str:
         """The part of its place that it describes, "spring" or "damper"; empty if none."""
 
@@ -132,8 +136,11 @@ class Assessment(Generic[F]):
 
     @property
     def n_state(self) -> int:
-        """Number of initial states of added links, rotation and rate, that are estimated in each trial."""
-        return 2 * sum(cause.links for cause in self.fit.hypothesis)
+        """Number of initial states of added links, rotation and rate, that are estimated in each trial.
+
+        Beyond those of the designed leg: the states of links that a cause takes the place of are estimated without it.
+        """
+        return 2 * sum(max(cause.links - cause.replaced_links, 0) for cause in self.fit.hypothesis)
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,9 @@ class Block:
 
     ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then the candidates' unknowns; ``state``
     (n_trial, 2 n + 2 m, n_lane): true (not measured) rotations and rates at each trial's start; below them, two per
-    link that the candidates add, its deflection and rate relative to the state when held, whitened. Links without
-    an entry start as if held. One column if all lanes start alike.
+    link that the designed leg's structures add, then two per link that the candidates add, its deflection and rate
+    relative to the state when held, whitened. Links without an entry start as if held. One column if all lanes start
+    alike.
     """
 
     hypothesis: Hypothesis
@@ -47,6 +48,10 @@ class LanePredictor(Protocol):
     @property
     def n_lane(self) -> int:
         """Number of legs that step together."""
+
+    @property
+    def stated_links(self) -> int:
+        """Number of links of the designed leg's structures, which have initial states of their own in each trial."""
 
     def coarser(self, tolerance: float) -> Self:
         """The same, integrated to another relative tolerance."""
@@ -73,3 +78,8 @@ class LanePredictor(Protocol):
 
         ``kept`` : what does not depend on the trial or on the states; one for all trials of these groups.
         """
+
+
+def state_size(predictor: LanePredictor, n_joint: int, hypothesis: Hypothesis) -> int:
+    """Number of a trial's initial states: two for each joint, and for each link of a structure, stated or candidate."""
+    return 2 * (n_joint + predictor.stated_links + sum(candidate.links for candidate in hypothesis))

@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.evaluated_hypothesis import FIRST_DAMPING, EvaluatedHypothesis
-from synth.diagnosis.lanes import PredictorCache
+from synth.diagnosis.lanes import PredictorCache, state_size
 from synth.diagnosis.workbench import Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 
@@ -47,8 +47,9 @@ def _follow_trial(
     bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, cache: PredictorCache
 ) -> tuple[Array, Array]:
     """With the best-fitting initial state; if that is far off, also with one found on growing parts of the trial."""
-    links = sum(candidate.links for candidate in fit.hypothesis)
-    start_state = np.concatenate([first_state(trial), np.zeros(2 * links)])
+    begun = first_state(trial)
+    size = state_size(bench.predictor, len(bench.noise), fit.hypothesis)
+    start_state = np.concatenate([begun, np.zeros(size - len(begun))])
     cost, prediction, state = _with_state(bench, fit, trial, cache, start_state)
     white = bench.whitener(trial).count
     if cost > 0.5 * FAR_OFF_RATIO**2 * float(bench.independent(trial).sum()):

@@ -90,15 +90,16 @@ def _residuals_from_best_states(
     """(M,) whitened residual of every trial by the fit ``left`` of it that does not know it.
 
     The state is fitted again where the error grew by more than ``ERROR_GROWTH`` over that of ``fit``, which knows the
-    trial; not for hypotheses that add links: with two more numbers a link in each trial they follow what they do not
-    explain.
+    trial; not for hypotheses that add links to those of the designed leg: with two more numbers a link in each trial
+    they follow what they do not explain.
     """
     kept: dict[int, PredictorCache] = {}
 
     def residual(index: int) -> Array:
         own, trial = left[index], bench.trials[index]
+        more_links = any(c.links > c.replaced_links for c in own.hypothesis)
         known, found = fit.residuals[index], own.residuals[index]
-        if not float(found @ found) > ERROR_GROWTH**2 * float(known @ known) or any(c.links for c in own.hypothesis):
+        if not float(found @ found) > ERROR_GROWTH**2 * float(known @ known) or more_links:
             return found
         again = from_state(bench, own, trial, kept.setdefault(id(own), {}), own.states[index])
         return again if float(again @ again) < float(found @ found) or not np.isfinite(found).all() else found

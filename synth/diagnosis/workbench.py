@@ -18,7 +18,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, Whitener, trials_together
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor, PredictorCache
+from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor, PredictorCache, state_size
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import CONVERGED, Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
@@ -263,16 +263,17 @@ class Workbench:
         return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free], links]))
 
     def awake(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """The fit with zero initial states for the links that its candidates add."""
-        size = 2 * (len(self.noise) + sum(candidate.links for candidate in fit.hypothesis))
+        """The fit with zero initial states for the links of the designed leg's structures and of its candidates."""
+        size = state_size(self.predictor, len(self.noise), fit.hypothesis)
         if all(len(state) == size for state in fit.states):
             return fit
         states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
         return fit.start_at(states=states)
 
     def held(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """A start of the fit with its joints' initial states, and zero ones for the links that its candidates add."""
-        return self.awake(fit.start_at(states=[state[: 2 * len(self.noise)] for state in fit.states]))
+        """A start of the fit with the designed leg's initial states, and zero ones for its candidates' links."""
+        size = state_size(self.predictor, len(self.noise), ())
+        return self.awake(fit.start_at(states=[state[:size] for state in fit.states]))
 
     def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Residuals and the effects' columns of many fits, packed into common lanes."""

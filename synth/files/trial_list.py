@@ -56,6 +56,8 @@ class Trial:
         never used to fit or to choose, only to score.
     leg
         another leg with the same joints, used in this trial; None: the project's.
+    leg_file
+        the file of that leg as the project names it; empty: made in code.
     signals
         inputs of the joints' servos, commands in measured angles; None if no joint has a servo.
     sha256
@@ -93,6 +95,7 @@ class Trial:
     by_current: tuple[str, ...] = ()
     turned: tuple[int, ...] = ()
     drive_off: tuple[str, ...] = ()
+    leg_file: str = ""
 
     def __repr__(self) -> str:
         """Name, size and conditions; the samples are in ``time`` and ``angles``."""
@@ -325,6 +328,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         recorded.unusual,
         recorded.by_current,
         drive_off=tuple(name for name in leg.joint_names if name in entry.drive_off),
+        leg_file=entry.leg or "",
     )
 
 

@@ -30,6 +30,7 @@ class Cause:
     key: Key
     size: int
     links: int = 0
+    replaced_links: int = 0
 
     @property
     def part(self) -> str:

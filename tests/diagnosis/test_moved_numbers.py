@@ -15,8 +15,14 @@ from synth.arrays import Array
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plant import Plant
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
-from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
+from synth.diagnosis.plants.swinging_chain.moved_numbers import (
+    MovedNumber,
+    moved_numbers,
+    sentence_of_numbers,
+    with_moved_numbers,
+)
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, PredictionErrors
+from synth.estimation.intervals import Estimate
 from synth.files.gap_project import Tolerance
 from synth.remarks import severity_of
 from synth.swing.tolerances import QUANTITIES, Tolerances
@@ -104,3 +110,15 @@ def test_a_motor_constant_that_closes_the_gap_is_told() -> None:
         assert result.as_json()["moved_numbers"][0]["quantity"] == "torque_constant"
     else:
         assert {cause.effect for cause in result.explanation} == {"torque_gain"}
+
+
+@pytest.mark.parametrize(("stated", "written"), [(1.74, False), (1.76, True)])
+def test_errors_are_told_only_where_they_differ_as_written(stated: float, written: bool) -> None:
+    """Not "1.7°, not 1.7°"."""
+    both = (Estimate(float(np.radians(error)), "deg") for error in (1.7, stated))
+    item = MovedNumber("hip", "mass", -0.025, -2.5, True, *both)
+    assert ("with the stated one the error is 1.8°, not 1.7°" in item.remark) == written
+    assert ("with the stated one" in item.remark) == written
+    assert ("as stated it leaves 1.8°" in sentence_of_numbers([item])) == written
+    assert ("as stated" in sentence_of_numbers([item])) == written
+    assert "measure it, or state a larger tolerance" in item.remark

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
 from synth.errors import UserError
 from synth.files.gap_project import Tolerance
+from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg
@@ -138,3 +140,34 @@ def test_more_links_than_the_engine_has_are_refused_and_not_simulated() -> None:
         simulate(six, np.zeros(6), np.zeros(6), TRIAL.time)
     one = replace(six, effects={"base_compliance": {"stiffness": 400.0}})
     assert np.ptp(simulate(one, np.zeros(6), np.zeros(6), TRIAL.time)[:, 5]) > 0.1
+
+
+def late(trials: Sequence[Trial], first: int = 12) -> list[Trial]:
+    """The recordings without their first samples."""
+    return [replace(t, time=t.time[first:] - t.time[first], angles=t.angles[first:]) for t in trials]
+
+
+def test_a_stated_link_that_already_moves_when_the_recording_begins_is_no_gap() -> None:
+    """Its angle and rate are estimated in each trial, as those of the candidate that found it were."""
+    sliding = {"stiffness": 400.0, "mass": 0.3, "damping_ratio": 0.02}
+    leg = with_effects(TWO, {"base": {"base_compliance": sliding}})
+    result = diagnose(leg, late(recorded(leg)), Tolerance())
+    assert (result.verdict, causes(result)) == ("none", [])
+    assert result.before.value < 1.1 * result.noise_floor.value  # 20 if the mount starts as it was held
+
+
+def test_a_cause_in_the_place_of_a_stated_structure_starts_as_one_beside_none() -> None:
+    """From the initial states of its own links, whatever those of the stated structure are."""
+    mount = next(c for c in candidates_of(TWO) if c.key == ("base_compliance", "base") and "arm" in c.shape.free)
+    leg, tolerances = with_effects(TWO, MOUNT), Tolerances.of(TWO, Tolerance())
+    unknowns = np.concatenate([np.zeros(tolerances.size), mount.starts()[0]])[:, None]
+    begun, own, stated = first_state(TRIAL), [0.5, -0.3], [0.8, 0.7]
+    over, alone = (
+        Predictor(each, tolerances, 1e-9).predict(
+            [TRIAL], [Block((mount,), unknowns, np.concatenate([begun, *more])[None, :, None])]
+        )[0]
+        for each, more in ((leg, [stated, own]), (TWO, [own]))
+    )
+    np.testing.assert_allclose(over, alone, atol=1e-9)
+    kinds = [next(c for c in candidates_of(each) if c.key == mount.key and c.links == 1) for each in (leg, TWO)]
+    assert [kind.replaced_links for kind in kinds] == [1, 0]  # states that the designed leg has are not charged again

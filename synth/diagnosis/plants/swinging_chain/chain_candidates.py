@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,17 +13,17 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
+from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.drives.servo import Servo, fed_together
-from synth.estimation.parameters import Parameter
+from synth.estimation.parameters import Parameter, Shape
 from synth.pace import paces
 from synth.swing.damper_curves import torque_at
-from synth.swing.effects import Effect, registered
+from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.effects.definition import Need
-from synth.swing.lane_layout import MOST_LINKS
-from synth.swing.leg_lanes import LegLanes, has_direction, turned_to_rotation
+from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
-from synth.swing.stated_effects import Place, stated_effects
+from synth.swing.stated_effects import Place
 
 LEAST_NATURAL_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
 LEAST_WARMING_TIME = 15.0  # s, least length of a log that shows a winding warm: a fifth of its rise at the usual 60 s
@@ -187,14 +187,14 @@ def _damper_rate(damper: Damper | None, speed: float) -> float:
 class Candidate(ShapedEffect):
     """One effect at one joint (0 for the base) in one shape.
 
-    ``stated_links`` : number of links that structures stated in the leg file add, at each of their places.
+    ``legs`` : of all trials.
     """
 
     effect: Effect
     joint: int
     scales: NaturalSizes
     leg: Leg
-    stated_links: Mapping[Place, int] = field(default_factory=dict)
+    legs: TrialLegs
 
     @property
     def key(self) -> Key:
@@ -204,8 +204,12 @@ class Candidate(ShapedEffect):
     @property
     def links(self) -> int:
         """Number of links it adds: one per compliant direction of a structure."""
-        ways = {*self.shape.free, *self.shape.held} & {*self.effect.strengths}
-        return len(ways) if self.effect.way == "structure" else 0
+        return _added_links(self.effect, self.shape)
+
+    @property
+    def replaced_links(self) -> int:
+        """Number of links of the stated structure whose place it takes."""
+        return self.legs.replaced_links((self.effect.name, self.joint))
 
     @property
     def nearly_linear(self) -> bool:
@@ -224,19 +228,17 @@ class Candidate(ShapedEffect):
 
     def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
         """Each place has at most one structure and one dry friction; the engine limits the number of links."""
-        links = sum(each.links for each in others) + self.links
-        return links <= self._room((*others, self)) and all(compatible(other, self) for other in others)
+        return self._leave_room((*others, self)) and all(compatible(other, self) for other in others)
 
     @property
     def has_room(self) -> bool:
         """Whether the engine can simulate it alone."""
-        return self.links <= self._room((self,))
+        return self._leave_room((self,))
 
-    def _room(self, causes: Sequence[ShapedEffect]) -> int:
-        """Number of links that these causes may add, beside the stated structures that none of them replaces."""
-        replaced = {(each.effect.name, each.joint) for each in causes if isinstance(each, Candidate)}
-        kept = [number for place, number in self.stated_links.items() if place not in replaced]
-        return MOST_LINKS - len(self.leg.joints) - sum(kept)
+    def _leave_room(self, causes: Sequence[ShapedEffect]) -> bool:
+        """Whether the engine has the links that these causes add to the leg of every trial."""
+        placed = [(each.effect.name, each.joint, each.links) for each in causes if isinstance(each, Candidate)]
+        return self.legs.leave_room([((name, joint), number) for name, joint, number in placed])
 
     def natural_size(self, parameter: Parameter) -> float:
         """The natural size from the joint's motion, see ``NaturalSizes``."""
@@ -321,32 +323,52 @@ def _properties_of_leg(leg: Leg, trials: Sequence[AngleTrial]) -> AbstractSet[st
     return {"shared supply"} if any("shared supply" in _properties_of_joint(leg, j, trials) for j in free) else set()
 
 
-def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
-    """Every effect at every place where it could act and be visible, in every shape."""
+def candidates(
+    leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes, legs: TrialLegs | None = None
+) -> list[Candidate]:
+    """Every effect at every place where it could act and be visible, in every shape that can be simulated.
+
+    ``legs`` : of all trials that are simulated; None: of these.
+    """
+    known = legs or TrialLegs.of(leg, [trial.recording.leg for trial in trials])
+    made = (
+        Candidate(effect, shape, joint, found, leg, known) for effect, shape, joint in _possible(leg, trials, known)
+    )
+    return [candidate for candidate in made if candidate.has_room]
+
+
+def causes_without_room(leg: Leg, trials: Sequence[AngleTrial], legs: TrialLegs) -> dict[str, list[str]]:
+    """Effects that could act and be visible, and their places where they cannot be simulated in any shape."""
+    room: dict[Place, bool] = {}
+    found: dict[str, list[str]] = {}
+    for effect, shape, joint in _possible(leg, trials, legs):
+        place = effect.name, joint
+        room[place] = legs.leave_room([(place, _added_links(effect, shape))]) or room.get(place, False)
+    for name, joint in (place for place, fits in room.items() if not fits):
+        at_base = effect_named(name).where == "base"
+        found.setdefault(name, []).append("base" if at_base else leg.joint_names[joint])
+    return found
+
+
+def _possible(leg: Leg, trials: Sequence[AngleTrial], legs: TrialLegs) -> Iterator[tuple[Effect, Shape, int]]:
+    """Every effect, its shape and its place where it could act and be visible."""
     free = sorted({j for trial in trials for j in trial.free})
-    made, stated = [], _links_of_structures(leg)
+    kept = [legs.own_places(trial.recording.leg or leg) for trial in trials]
     for effect in registered():
         # A link's mass is visible where it moves: at a free joint or outboard of one.
         first = min(free, default=0) if effect.way == "leg" else 0
         places = range(first, len(leg.joints)) if effect.shows_locked else free
         for joint in [0] if effect.where == "base" else places:
+            if all((effect.name, joint) in own for own in kept):
+                continue  # every trial's leg has one of its own, so a common one acts nowhere
             there = (
                 _properties_of_leg(leg, trials) if effect.where == "base" else _properties_of_joint(leg, joint, trials)
             )
             for shape in effect.shapes:
-                candidate = Candidate(effect, shape, joint, found, leg, stated)
-                if not (_has_one_of(effect.needs, there) and _has_one_of(shape.needs, there)):
-                    continue
-                if candidate.has_room:
-                    made.append(candidate)
-    return made
+                if _has_one_of(effect.needs, there) and _has_one_of(shape.needs, there):
+                    yield effect, shape, joint
 
 
-def _links_of_structures(leg: Leg) -> dict[Place, int]:
-    """Number of links that each structure of the leg file adds."""
-    legs, found = LegLanes.of(leg), {}
-    for stated in stated_effects(leg, "structure"):
-        with_it = stated.effect.function()(legs, legs.own[stated.joint], *legs.columns(stated.effect, stated.given))
-        found[stated.place] = with_it.n - legs.n
-        legs = with_it
-    return found
+def _added_links(effect: Effect, shape: Shape) -> int:
+    """Number of links that an effect adds: one per compliant direction of a structure."""
+    return len({*shape.free, *shape.held} & {*effect.strengths}) if effect.way == "structure" else 0

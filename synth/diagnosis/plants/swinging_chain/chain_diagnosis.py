@@ -34,11 +34,13 @@ from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
+from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_sentences
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
+from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
@@ -86,6 +88,7 @@ class Scene:
     coarse: tuple[CoarseChannel, ...]
     usual: Array  # (n,) rad, noise without coarse counts
     seed: int
+    legs: TrialLegs
     accuracy: float = 0.0  # rad, a gap below it does not matter
     next_command: NextCommand = field(default_factory=NextCommand)  # limits of a suggested command
 
@@ -129,7 +132,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
         leg, given, bench, odds = self.scene.leg, self.scene.given, self.bench, self.calibration
-        found = search(bench, candidates(leg, given, natural_sizes_of(leg, given)), odds, say)
+        found = search(bench, candidates(leg, given, natural_sizes_of(leg, given), self.scene.legs), odds, say)
         found, done = settle_leading(bench, found, odds)
         say("trials left out")
         found = with_unseen_errors(bench, found, odds)
@@ -349,7 +352,7 @@ def diagnose(
     shown = plant.shown(stages)
     moved = moved_numbers(plant, leg, tolerances, findings.best, errors)
     return GapResult(
-        **with_moved_numbers(with_replaced_effects(findings.fields(), leg), moved),
+        **with_moved_numbers(with_replaced_effects(findings.fields(), leg, trials), moved),
         leg=leg,
         where=locate_gap(nominal, plant.whole, shown.before, scene.usual, missing, joint_odds(findings.odds, leg)),
         as_designed=errors.figure("as_designed"),
@@ -382,18 +385,14 @@ def scene_of(
     learnt, spare = spread_over_kinds([trial for trial in prepared if not trial.held_out], MOST_TRAINING)
     if not learnt:
         raise UserError("every trial is held out; at least one training trial is needed")
-    if spare:
-        warnings.append(
-            f"{len(learnt)} of {len(learnt) + len(spare)} trials, one of each kind and the rest spread evenly, are "
-            f"learnt from; the other {len(spare)} only score"
-        )
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
     found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance, joints_by_current(leg, trials))
-    predictor = Predictor(leg, tolerances)
+    legs = TrialLegs.of(leg, [recording.leg for recording in made])
+    predictor = Predictor(leg, tolerances, trial_legs=legs)
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
-    warnings += filter(None, [cut_sentence([*given, *held])])
+    warnings += [*left_out_sentences(leg, learnt, len(spare), legs), *filter(None, [cut_sentence([*given, *held])])]
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
-    return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
+    return Scene(leg, tolerances, bench, given, held, coarse, usual, seed, legs), tuple(warnings)

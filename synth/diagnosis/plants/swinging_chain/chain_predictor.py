@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, NamedTuple
@@ -17,6 +18,7 @@ from synth.diagnosis.lanes import Block, Hypothesis, PredictorCache
 from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
+from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.effects.definition import Effect, Way
 from synth.swing.lane_groups import LaneGroups
@@ -63,6 +65,7 @@ class Predictor:
     leg: Leg
     tolerances: Tolerances
     tolerance: float = TOLERANCE
+    trial_legs: TrialLegs | None = None  # None: all trials are of ``leg``
     n_lane: ClassVar[int] = LANES
 
     @property
@@ -74,6 +77,16 @@ class Predictor:
     def open_tolerances(self) -> list[int]:
         """Indices of the tolerance unknowns that are not fixed."""
         return np.flatnonzero(self.tolerances.width.reshape(-1) > 0.0).tolist()
+
+    @property
+    def stated_links(self) -> int:
+        """Number of links of structures that the legs state, in one leg or another."""
+        return sum(self._legs.started.values())
+
+    @cached_property
+    def _legs(self) -> TrialLegs:
+        """The legs of all trials."""
+        return self.trial_legs or TrialLegs(self.leg)
 
     def coarser(self, tolerance: float) -> Predictor:
         """The same, integrated to another relative tolerance."""
@@ -136,18 +149,20 @@ class Predictor:
         for trial, state in zip(trials, states, strict=True):
             self._hold(trial, common.readings, state)
         if common.added:
-            added = [_departures(blocks, i, n, int(ends[-1])) for i in range(len(trials))]
+            own = self._legs.own_places(recording.leg or self.leg)
+            starting = [_starting_links(block.hypothesis, self._legs.started, own) for block in blocks]
+            added = [_departures(blocks, starting, i, 2 * n) for i in range(len(trials))]
             each, locked = zip(added, states, strict=True), recording.conditions.locked
             states = np.stack([_initial_motion(common.added, departures, state, locked) for departures, state in each])
         legs, chain = common.legs, common.chain
-        own = list(legs.own)
+        joints = list(legs.own)
         known, signals = recording.known_torque, recording.signals
         if known is not None and legs.n > n:
             wide = np.zeros((len(known[0]), legs.n))
-            wide[:, own] = known[1]
+            wide[:, joints] = known[1]
             known = (known[0], wide)
         if signals is not None and legs.n > n:
-            signals = signals.widened(legs.n, own)
+            signals = signals.widened(legs.n, joints)
         first = np.cumsum([0, *[len(trial.time) for trial in trials]]).tolist()
         out = chain.run(
             common.groups.starting(states, first[:-1]),
@@ -179,8 +194,12 @@ class Predictor:
             self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
             pending: list[_LaneEffect] = []
             readings: list[_LaneEffect] = []
+            stated = trial.recording.leg or self.leg
+            own = self._legs.own_places(stated)
             for candidate, x, lanes in self._gathered(blocks):
                 way = candidate.effect.way
+                if _place(candidate) in own:
+                    continue
                 if way == "torque":
                     _switch_effect_on(legs, candidate, candidate.in_rotation(x), lanes)
                 elif way in ("leg", "drive"):
@@ -189,7 +208,6 @@ class Predictor:
                     readings.append((candidate, candidate.values(x), lanes))
                 else:
                     pending.append((candidate, candidate.values(x), lanes))
-            stated = trial.recording.leg or self.leg
             pending += _stated_beside(stated, "structure", pending, legs.n_lane)
             readings += _stated_beside(stated, "reading", readings, legs.n_lane)
             readings.sort(key=lambda item: in_order_of_action(item[0].effect))
@@ -295,18 +313,35 @@ def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Ar
     return np.concatenate(each, axis=2)
 
 
-def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict[Place, Array]:
-    """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``."""
+def _starting_links(
+    hypothesis: Hypothesis, stated: Mapping[Place, int], own: AbstractSet[Place]
+) -> list[tuple[Place | None, int]]:
+    """Place and number of the links whose initial states a ``Block`` has, in its order; None for a place not used.
+
+    A candidate's replace those of the ``stated`` structure in its place, except at the leg's ``own`` places.
+    """
+    structures = [(_place(c), c.links) for c in chain_candidates(hypothesis) if c.effect.way == "structure"]
+    replaced = {place for place, _ in structures} - own
+    kept = [(None if place in replaced else place, number) for place, number in stated.items()]
+    return [*kept, *((None if place in own else place, number) for place, number in structures)]
+
+
+def _departures(
+    blocks: Sequence[Block], starting: Sequence[Sequence[tuple[Place | None, int]]], trial: int, below: int
+) -> dict[Place, Array]:
+    """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``.
+
+    ``starting`` : of each block, see ``_starting_links``; their rows of its states begin at ``below``.
+    """
     found: dict[Place, Array] = {}
-    first = 0
-    for block in blocks:
-        below, last = 2 * n, first + block.unknowns.shape[1]
-        for candidate in chain_candidates(block.hypothesis):
-            if candidate.effect.way == "structure":
-                given = block.state[trial, below : below + 2 * candidate.links]
-                wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
+    first, total = 0, sum(block.unknowns.shape[1] for block in blocks)
+    for block, links in zip(blocks, starting, strict=True):
+        row, last = below, first + block.unknowns.shape[1]
+        for place, number in links:
+            given, row = block.state[trial, row : row + 2 * number], row + 2 * number
+            if place is not None and len(given):  # without an entry they start as if held
+                wide = found.setdefault(place, np.zeros((2 * number, total)))
                 wide[: len(given), first:last] = given  # of one column or of all
-                below += 2 * candidate.links
         first = last
     return found
 
@@ -340,7 +375,7 @@ def _extend_chain(legs: LegLanes, pending: Sequence[_LaneEffect]) -> tuple[_Adde
 def _initial_motion(
     added: Sequence[_AddedLinks], departures: Mapping[Place, Array], state: Array, locked: tuple[int, ...]
 ) -> Array:
-    """Initial rotations and rates (2 n_link, n_lane) with those of the added links; those of a stated one are held."""
+    """Initial rotations and rates (2 n_link, n_lane) with those of the added links; held without ``departures``."""
     rotation, rates = np.split(state, 2)
     for place, effect, legs, links in added:
         rotation = legs.started(effect, place[1], rotation, locked)

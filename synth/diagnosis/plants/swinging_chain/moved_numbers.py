@@ -85,9 +85,16 @@ class MovedNumber:
         )
 
     @property
+    def tells_apart(self) -> bool:
+        """Whether the errors with and without the move differ as they are written."""
+        return angle_text(self.stated) != angle_text(self.left)
+
+    @property
     def remark(self) -> str:
         """For the list of remarks; to check where the search ends there, since the true number may be further off."""
-        text = f"{self.words}: with the stated one the error is {angle_text(self.stated)}, not {angle_text(self.left)}"
+        text = self.words
+        if self.tells_apart:
+            text += f": with the stated one the error is {angle_text(self.stated)}, not {angle_text(self.left)}"
         if self.at_limit:
             text += ". The true one may be further off: measure it, or state a larger tolerance"
         return at_joint(self.joint, text, "check" if self.at_limit else "note", kind=KIND)
@@ -139,7 +146,10 @@ def sentence_of_numbers(found: Sequence[MovedNumber]) -> str:
     """What the errors within tolerances rest on, after a diagnosis that names no cause; empty without any number."""
     if not found:
         return ""
-    each = [f"the {item.joint}'s {item.words} (as stated it leaves {angle_text(item.stated)})" for item in found]
+    each = [
+        f"the {item.joint}'s {item.words}" + item.tells_apart * f" (as stated it leaves {angle_text(item.stated)})"
+        for item in found
+    ]
     more = f", and {len(each) - MOST_IN_SENTENCE} more" if len(each) > MOST_IN_SENTENCE else ""
     return f" This takes {'; '.join(each[:MOST_IN_SENTENCE])}{more}."
 

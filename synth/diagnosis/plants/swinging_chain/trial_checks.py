@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.diagnosis.plants.swinging_chain.replaced_effects import own_leg_files, some_names
 from synth.drives.servo import TorqueDrive
 from synth.errors import Problem, UserError
 from synth.fit.copies import copies
@@ -60,23 +61,27 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         ),
         *_driven_trials(leg, trials),
         *_currents_not_recorded(leg, trials),
-        *dict.fromkeys(text for each in (leg, *_own_legs(trials)) for text in _stated_effects(each)),
+        *_stated_effects(leg, "part of the designed leg, as its file states", "the leg file"),
+        *(
+            text
+            for file, own in own_leg_files(trials).items()
+            for text in _stated_effects(own[0].leg or leg, _of_own_leg(file, own), file)
+        ),
     )
 
 
-def _own_legs(trials: Sequence[Trial]) -> list[Leg]:
-    """The legs that trials name for themselves."""
-    return [trial.leg for trial in trials if trial.leg is not None]
+def _of_own_leg(file: str, trials: Sequence[Trial]) -> str:
+    return f"part of the own leg of {some_names([trial.name for trial in trials])}, as {file} states"
 
 
-def _stated_effects(leg: Leg) -> list[str]:
+def _stated_effects(leg: Leg, whose: str, file: str) -> list[str]:
     """Sentences on the effects that a leg states: they are simulated, except counts, which the readings show."""
     places = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
     simulated = [f"{name} ({place})" for place, effects in places for name in effects if name != COUNTS]
     told: list[str] = []
     if simulated:
-        told.append(noted(f"part of the designed leg, as its file states: {', '.join(simulated)}"))
-    text = f"{COUNTS} is stated in the leg file, but not simulated: coarse counts are found from the readings"
+        told.append(noted(f"{whose}: {', '.join(simulated)}"))
+    text = f"{COUNTS} is stated in {file}, but not simulated: coarse counts are found from the readings"
     return [*told, *(at_joint(place, text, "note") for place, effects in places if COUNTS in effects)]
 
 
@@ -180,14 +185,14 @@ def _driven_trials(leg: Leg, trials: Sequence[Trial]) -> list[str]:
     acting = {trial.name: _torque_joints(leg, trial) for trial in driven}
     if driven and not any(acting.values()):
         column = "current" if all(trial.by_current for trial in driven) else "torque"
-        return [decisive(f"{_first_names(list(acting))}: the {column} columns are all zero")]
+        return [decisive(f"{some_names(list(acting))}: the {column} columns are all zero")]
     by_column = {t.name: [each for each in acting[t.name] if each not in t.by_current] for t in driven}
     by_column = {name: each for name, each in by_column.items() if each}
     if not by_column:
         return []
     joints = [name for name in leg.joint_names if any(name in each for each in by_column.values())]
     return [
-        f"{_first_names(list(by_column))}: the torque columns of {', '.join(joints)} are applied as known torques "
+        f"{some_names(list(by_column))}: the torque columns of {', '.join(joints)} are applied as known torques "
         "without a motor model (winding, supply, gears); an error in them that is no offset, factor or delay would be "
         "attributed to the joint"
     ]
@@ -202,7 +207,7 @@ def _currents_not_recorded(leg: Leg, trials: Sequence[Trial]) -> list[str]:
         held = {trial.name for trial in trials if joint.name in (*trial.locked, *trial.drive_off)}
         free = [t.name for t in trials if t.name not in held and joint.name not in _torque_joints(leg, t)]
         if free:
-            text = f"no current of its drive in {_first_names(free)}: free there. If it was off, write drive_off: "
+            text = f"no current of its drive in {some_names(free)}: free there. If it was off, write drive_off: "
             text += f'[{joint.name}] beside the file; otherwise add the column "{joint.name} current [A]"'
             said.append(at_joint(joint.name, decisive(text)))
     return said
@@ -212,7 +217,3 @@ def _torque_joints(leg: Leg, trial: Trial) -> list[str]:
     """Joints on which a known torque acts in the trial."""
     torques = trial.torques
     return [] if torques is None else [each for j, each in enumerate(leg.joint_names) if np.any(torques[:, j] != 0.0)]
-
-
-def _first_names(names: Sequence[str]) -> str:
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
