@@ -37,6 +37,11 @@ class ShapedEffect(ABC):
         return 0
 
     @property
+    def is_absent(self) -> bool:
+        """An effect of the design that is not there: it frees nothing and holds nothing."""
+        return not (self.shape.free or self.shape.held)
+
+    @property
     def part(self) -> str:
         """The part of its place that it describes, "spring" or "damper"; empty if none."""
         return ""

@@ -10,6 +10,8 @@ from synth.swing.effects.definition import Effect, Way
 from synth.swing.leg_model import Leg
 
 COUNTS = "encoder_quantisation"  # which a diagnosis finds from the readings themselves, stated or not
+# Ways of effects of which a cause takes the place of the stated one; another way changes a number that the file states.
+REPLACED_WAYS: tuple[Way, ...] = ("torque", "reading", "structure")
 Place = tuple[str, int]  # name of an effect, and index of its joint
 
 

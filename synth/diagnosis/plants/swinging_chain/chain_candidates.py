@@ -213,6 +213,11 @@ class Candidate(ShapedEffect):
         return self.effect.way in ("leg", "reading")
 
     @property
+    def place(self) -> Place:
+        """The effect's name and its joint, as of a stated effect."""
+        return self.effect.name, self.joint
+
+    @property
     def part(self) -> str:
         """The spring or damper that a design would replace with the effect; empty for one of the joint or base."""
         return "" if self.effect.belongs_to == "joint" else self.effect.belongs_to
@@ -253,7 +258,9 @@ class Candidate(ShapedEffect):
         return np.asarray(middle + value * self.scales.half[self.joint])
 
     def values(self, x: Array) -> Array:
-        """The values as for any effect, kept plausible for this leg."""
+        """The values as for any effect, kept plausible for this leg; of one that is absent those that switch it off."""
+        if self.is_absent:
+            return np.tile([[parameter.off] for parameter in self.effect.parameters], (1, x.shape[1]))
         found = super().values(x)
         if not self.effect.bounds:
             return found
@@ -261,10 +268,17 @@ class Candidate(ShapedEffect):
             self.effect.function(self.effect.bounds)(self.leg, MOUNT_FREQUENCY_RATIO * self.scales.slow, found)
         )
 
+    def named(self, x: Array) -> dict[str, float]:
+        """Parameters to report; of an absent effect its sizes, which are 0: a stiffness has none then."""
+        if not self.is_absent:
+            return super().named(x)
+        sizes = [p for p in self.effect.parameters if p.name in self.effect.strengths and p.prior is not None]
+        return {p.name: p.off for p in sizes if p.prior is not None and not (p.prior.log or p.prior.inverse)}
+
     def in_rotation(self, x: Array) -> Array:
         """Like ``values``, converted to the sense of q where direction matters."""
         values = self.values(x)
-        if not has_direction(self.effect):
+        if self.is_absent or not has_direction(self.effect):
             return values
         joint = self.leg.joints[self.joint]
         turned = [turned_to_rotation(self.effect, joint.sign, joint.zero, lane) for lane in values.T.tolist()]

@@ -181,7 +181,8 @@ class Predictor:
             self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
             pending: list[_LaneEffect] = []
             readings: list[_LaneEffect] = []
-            for candidate, x, lanes in self._gathered(blocks):
+            gathered = self._gathered(blocks)
+            for candidate, x, lanes in gathered:
                 way = candidate.effect.way
                 if way == "torque":
                     _switch_effect_on(legs, candidate, candidate.in_rotation(x), lanes)
@@ -189,11 +190,11 @@ class Predictor:
                     _change_numbers(legs, candidate, candidate.values(x), lanes)
                 elif way == "reading":
                     readings.append((candidate, candidate.values(x), lanes))
-                else:
+                elif not candidate.is_absent:
                     pending.append((candidate, candidate.values(x), lanes))
             stated = trial.recording.leg or self.leg
-            pending += _stated_beside(stated, "structure", pending, legs.n_lane)
-            readings += _stated_beside(stated, "reading", readings, legs.n_lane)
+            pending += _stated_beside(stated, "structure", gathered, legs.n_lane)
+            readings += _stated_beside(stated, "reading", gathered, legs.n_lane)
             readings.sort(key=lambda item: in_order_of_action(item[0].effect))
             added = _extend_chain(legs, pending)
             legs = added[-1].legs if added else legs
@@ -282,10 +283,6 @@ def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: 
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
 
 
-def _place(item: Candidate | StatedEffect) -> Place:
-    return item.effect.name, item.joint
-
-
 def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Array:
     """The first ``count`` rows of the blocks' states (n_trial, count, n_lane); one column stands for all lanes."""
     if all(block.state.shape[2] == 1 for block in blocks):
@@ -306,18 +303,18 @@ def _departures(blocks: Sequence[Block], trial: int, n: int, total: int) -> dict
         for candidate in chain_candidates(block.hypothesis):
             if candidate.effect.way == "structure":
                 given = block.state[trial, below : below + 2 * candidate.links]
-                wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
+                wide = found.setdefault(candidate.place, np.zeros((2 * candidate.links, total)))
                 wide[: len(given), first:last] = given  # of one column or of all
                 below += 2 * candidate.links
         first = last
     return found
 
 
-def _stated_beside(leg: Leg, way: Way, items: Sequence[_LaneEffect], n_lane: int) -> list[_LaneEffect]:
+def _stated_beside(leg: Leg, way: Way, causes: Sequence[_LaneCandidate], n_lane: int) -> list[_LaneEffect]:
     """The effects of one way that a leg states, in the lanes where no candidate replaces them."""
     found: list[_LaneEffect] = []
     for stated in stated_effects(leg, way):
-        replaced = [lanes for each, _, lanes in items if _place(each) == stated.place]
+        replaced = [lanes for each, _, lanes in causes if each.place == stated.place]
         lanes = np.setdiff1d(np.arange(n_lane), np.concatenate([*replaced, np.zeros(0, dtype=np.intp)]))
         if len(lanes) and stated.effect.name != COUNTS:
             found.append((stated, np.repeat(np.array(stated.values)[:, None], len(lanes), axis=1), lanes))
@@ -327,11 +324,11 @@ def _stated_beside(leg: Leg, way: Way, items: Sequence[_LaneEffect], n_lane: int
 def _extend_chain(legs: LegLanes, pending: Sequence[_LaneEffect]) -> tuple[_AddedLinks, ...]:
     """The chain with the links of one structure after the other, each of them in all lanes."""
     added = []
-    effects = {_place(item[0]): item[0].effect for item in pending}
+    effects = {item[0].place: item[0].effect for item in pending}
     for place, effect in sorted(effects.items(), key=lambda item: (in_order_of_action(item[1]), item[0][1])):
         wide = np.empty((len(effect.parameters), legs.n_lane))
         for each, values, lanes in pending:
-            if _place(each) == place:
+            if each.place == place:
                 wide[:, lanes] = values
         made = effect.function()(legs, legs.own[place[1]], *wide)
         added.append(_AddedLinks(place, effect, made, range(made.newest, made.newest + made.n - legs.n)))

@@ -11,25 +11,44 @@ from synth.estimation.intervals import Estimate
 from synth.remarks import at_joint, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
+from synth.swing.stated_effects import REPLACED_WAYS
 from synth.units import shown_unit
 
-REPLACING = ("torque", "reading", "structure")  # ways of effects; another changes a number that the file states
+ARTICLES = ("a", "an", "another", "its")  # of phrases that are no plain noun behind "has"
 
 
 def with_replaced_effects(fields: Mapping[str, Any], leg: Leg) -> dict[str, Any]:
     """The fields of a diagnosis with a remark for each named cause that the leg file states otherwise."""
-    explained = [_remark(cause, leg) for cause in fields["explanation"]]
+    explained = [_remark(cause, leg) for cause in fields["explanation"] if not cause.absent]
     return {**fields, "warnings": (*fields["warnings"], *filter(None, explained))}
+
+
+def absent_words(cause: Cause, leg: Leg) -> str:
+    """The knee's dry friction in the leg file (torque 0.03 N·m) is not there."""
+    effect = effect_named(cause.effect)
+    noun = effect.phrase.removeprefix("has ")
+    if noun == effect.phrase or noun.split()[0] in ARTICLES:
+        noun = effect.name.replace("_", " ")
+    whose = noun if cause.joint == "base" else f"{cause.joint}'s {noun}"
+    return f"the {whose} in the leg file ({_stated_numbers(cause, leg)}) is not there"
 
 
 def _remark(cause: Cause, leg: Leg) -> str:
     """What the leg file states of a cause; empty if it states none."""
-    effect, at_base = effect_named(cause.effect), cause.joint == "base"
-    held = leg.effects if at_base else leg.joints[leg.joint_names.index(cause.joint)].effects
-    if effect.way not in REPLACING or cause.effect not in held:
+    if effect_named(cause.effect).way not in REPLACED_WAYS or cause.effect not in _effects_there(cause, leg):
         return ""
-    values = {**effect.defaults, **held[cause.effect]}
-    stated = {p.name: Estimate(values[p.name], shown_unit(p.unit)) for p in effect.parameters}
-    numbers = stated_parameters(Cause(cause.effect, cause.joint, stated), effect)
-    text = f"the {cause.effect} found is the whole effect, in the place of that in the leg file ({numbers})"
-    return noted(f"base: {text}") if at_base else at_joint(cause.joint, text, "note")
+    text = f"the {cause.effect} found is the whole effect, in the place of that in the leg file"
+    told = f"{text} ({_stated_numbers(cause, leg)})"
+    return noted(f"base: {told}") if cause.joint == "base" else at_joint(cause.joint, told, "note")
+
+
+def _effects_there(cause: Cause, leg: Leg) -> Mapping[str, Mapping[str, float]]:
+    """The effects that the leg file states at the cause's place."""
+    return leg.effects if cause.joint == "base" else leg.joints[leg.joint_names.index(cause.joint)].effects
+
+
+def _stated_numbers(cause: Cause, leg: Leg) -> str:
+    """The parameters that the leg file states of the effect."""
+    effect, given = effect_named(cause.effect), _effects_there(cause, leg)[cause.effect]
+    stated = {p.name: Estimate(given[p.name], shown_unit(p.unit)) for p in effect.parameters if p.name in given}
+    return stated_parameters(Cause(cause.effect, cause.joint, stated), effect)
