@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -35,6 +35,11 @@ class ShapedEffect(ABC):
     def links(self) -> int:
         """Number of links that it adds to the leg."""
         return 0
+
+    @property
+    def designed(self) -> Mapping[str, float]:
+        """Its strengths that the design states, if the cause is a change of these; empty otherwise."""
+        return {}
 
     @property
     def is_absent(self) -> bool:
@@ -150,6 +155,12 @@ class ShapedEffect(ABC):
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""
         return value * self.natural_size(parameter)
+
+
+def has_size(candidate: ShapedEffect) -> bool:
+    """Whether its strengths start from zero; a stop's stiffness and a limit do not."""
+    named = zip(candidate.shape.free, candidate.priors, strict=True)
+    return not any(prior.log for name, prior in named if name in candidate.effect.strengths)
 
 
 def unknown_slices(causes: Sequence[ShapedEffect], first: int) -> list[slice]:

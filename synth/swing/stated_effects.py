@@ -53,3 +53,9 @@ def stated_effects(leg: Leg, way: Way) -> list[StatedEffect]:
         for j, held in [*at_joints, (0, leg.effects)]
         if effect.name in held
     ]
+
+
+def given_at(leg: Leg, place: Place) -> Mapping[str, float]:
+    """What a leg states, without the defaults, of an effect that a cause at this place replaces; empty if nothing."""
+    every = [each for way in REPLACED_WAYS for each in stated_effects(leg, way)]
+    return next((each.given for each in every if each.place == place and each.effect.name != COUNTS), {})
