@@ -23,6 +23,7 @@ from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.readings import joint_as_read
 from synth.swing.stated_effects import COUNTS, Place, StatedEffect, in_order_of_action, stated_effects
 from synth.swing.tolerances import Tolerances
 
@@ -252,13 +253,7 @@ class Predictor:
         rate: Array,
     ) -> Array:
         """One joint's rotation (m, n_lane) at ``time`` (m,) s as read by its encoder."""
-        reading = rotation.copy()
-        hinge = self.leg.joints[joint]
-        for erring, values, lanes in readings:
-            if erring.joint == joint:
-                read = erring.effect.function()
-                reading[:, lanes] = read(time, reading[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
-        return reading
+        return joint_as_read(readings, joint, self.leg.joints[joint], time, rotation, rate)
 
 
 def _candidate_unknowns(block: Block, first: int) -> list[tuple[Candidate, Array]]:
