@@ -33,7 +33,9 @@ def with_absent_effects(
     every = [found.none, *found.singles, *found.several]
     price = price_of_unknown(min(item.ratio for item in every), bench.total, calibration)
     stated = {each.key for each in absent}
-    open_items = [item for item in every if stated & {*item.keys}]
+    open_items = [
+        item for item in every if any(stated & {cause.key, *cause.replaced_keys} for cause in item.fit.hypothesis)
+    ]
     # At its optimum each: one that is not there yet would lose to the fit without the effect, which is refined.
     fits = refine(bench, [item.fit for item in open_items]) if open_items else []
     for each in absent:
@@ -45,6 +47,8 @@ def with_absent_effects(
     }
 
     def in_order(items: Sequence[Assessment[EvaluatedHypothesis]]) -> tuple[Assessment[EvaluatedHypothesis], ...]:
-        return tuple(sorted((ends.get(id(item), item) for item in items), key=lambda item: item.cost))
+        known = sorted((ends.get(id(item), item) for item in items), key=lambda item: item.cost)
+        # A cause in the place of an absent one of its kin ends as that: one entry of both.
+        return tuple({frozenset(item.keys): item for item in reversed(known)}.values())[::-1]
 
     return replace(found, singles=in_order(found.singles), several=in_order(found.several))

@@ -42,6 +42,11 @@ class ShapedEffect(ABC):
         return {}
 
     @property
+    def replaced_keys(self) -> tuple[Key, ...]:
+        """Other effects of the design of which it takes the place."""
+        return ()
+
+    @property
     def is_absent(self) -> bool:
         """An effect of the design that is not there: it frees nothing and holds nothing."""
         return not (self.shape.free or self.shape.held)

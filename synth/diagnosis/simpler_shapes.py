@@ -52,6 +52,7 @@ def _fits_in_simpler_shapes(
 
 
 def _is_simpler(one: ShapedEffect, other: ShapedEffect) -> bool:
-    """Whether a shape of the same cause frees some of the other's parameters, and adds as many links or is none."""
-    alike = one.links == other.links or one.is_absent
-    return one.key == other.key and alike and {*one.shape.free} < {*other.shape.free}
+    """Whether a shape of the same cause frees some of the other's parameters, and adds as many links; or is none."""
+    if one.is_absent:  # or of a cause in the place of the absent effect
+        return one.key in (other.key, *other.replaced_keys) and not other.is_absent
+    return one.key == other.key and one.links == other.links and {*one.shape.free} < {*other.shape.free}

@@ -17,6 +17,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, ca
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.stated_candidates import absent_effects
+from synth.diagnosis.plants.swinging_chain.stated_forms import in_stated_forms
 from synth.diagnosis.score import first_state
 from synth.errors import UserError
 from synth.files.gap_project import Tolerance
@@ -159,6 +160,42 @@ def test_a_stated_effect_that_is_absent_moves_as_if_the_file_did_not_state_it() 
         (cause,) = absent_effects(candidates_of(with_effects(TWO, effects)))
         found = predicted_with(with_effects(TWO, effects), cause)
         np.testing.assert_allclose(found, predicted(TWO), atol=1e-9)
+
+
+def test_a_shape_holds_what_the_file_states_instead_of_the_default() -> None:
+    """Each shape put the stated lag back to 0, and no shape was late and filtered: the cause was unknown."""
+    built = with_effects(TWO, {"knee": {"latency": {"delay": 0.02, "lag": 0.03}}})
+    result = diagnose(with_effects(TWO, {"knee": {"latency": {"lag": 0.03}}}), recorded(built), Tolerance())
+    assert (result.verdict, causes(result)) == ("effect", [("latency", "knee")])
+    assert result.diagnosed.joints[1].effects["latency"] == pytest.approx({"delay": 0.02, "lag": 0.03}, rel=0.05)
+
+
+def test_a_stated_form_may_also_be_another() -> None:
+    """A delay in the place of the stated filter, not beside it."""
+    built = with_effects(TWO, {"knee": {"latency": {"delay": 0.02}}})
+    result = diagnose(with_effects(TWO, {"knee": {"latency": {"lag": 0.06}}}), recorded(built), Tolerance())
+    assert causes(result) == [("latency", "knee")]
+    assert result.diagnosed.joints[1].effects["latency"] == pytest.approx({"delay": 0.02}, rel=0.05)
+
+
+def test_a_dry_friction_takes_the_place_of_a_stated_one_of_another_law() -> None:
+    """It was added on top of the stated one, and the cause was unknown."""
+    built = with_effects(TWO, {"knee": {"stribeck_friction": {"torque": 0.05, "fall": 0.8, "speed": 1.0}}})
+    leg = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.05}}})
+    result = diagnose(leg, recorded(built), Tolerance())
+    assert (result.verdict, causes(result)) == ("effect", [("stribeck_friction", "knee")])
+    assert result.diagnosed.joints[1].effects.keys() == {"stribeck_friction"}
+    (told,) = [text for text in result.warnings if "leg file" in text]
+    assert "in the place of the dry friction that the leg file states (torque 0.05 N·m)" in told
+
+
+def test_a_mount_of_another_form_than_the_stated_one_is_simulated_with_both() -> None:
+    """And with the stated sliding held, a candidate adds as many links as are simulated."""
+    leg = with_effects(TWO, MOUNT)
+    formed = [each for each in in_stated_forms(candidates_of(leg)) if each.key == ("base_compliance", "base")]
+    assert sorted(each.links for each in formed) == [1, 1, 2, 2]
+    for each in formed:
+        assert np.isfinite(predicted_with(leg, each)).all()
 
 
 def test_a_second_diagnosis_with_the_diagnosed_leg_finds_no_gap() -> None:

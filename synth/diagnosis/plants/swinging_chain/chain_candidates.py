@@ -188,6 +188,7 @@ class Candidate(ShapedEffect):
     """One effect at one joint (0 for the base) in one shape.
 
     ``stated_links`` : number of links that structures stated in the leg file add, at each of their places.
+    ``replaced`` : stated effects of the same kin at its joint, of which it takes the place.
     """
 
     effect: Effect
@@ -195,11 +196,17 @@ class Candidate(ShapedEffect):
     scales: NaturalSizes
     leg: Leg
     stated_links: Mapping[Place, int] = field(default_factory=dict)
+    replaced: tuple[str, ...] = ()
 
     @property
     def key(self) -> Key:
         """Effect and place, as named in files."""
         return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
+
+    @property
+    def replaced_keys(self) -> tuple[Key, ...]:
+        """Effect and place of the stated effects of the same kin of which it takes the place."""
+        return tuple((name, self.key[1]) for name in self.replaced)
 
     @property
     def links(self) -> int:

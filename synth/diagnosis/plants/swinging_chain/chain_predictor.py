@@ -18,6 +18,7 @@ from synth.diagnosis.plants.swinging_chain import lane_packing
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.swing.chain import Chain, compiled_chain
+from synth.swing.effects import effect_named
 from synth.swing.effects.definition import Effect, Way
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
@@ -263,12 +264,15 @@ def _candidate_unknowns(block: Block, first: int) -> list[tuple[Candidate, Array
 
 
 def _switch_effect_on(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
-    """Switch a torque effect on in some of the lanes."""
+    """Switch a torque effect on in some of the lanes, and off the stated ones of which it takes the place."""
     name = candidate.effect.name
     if name not in legs.torques:
         off = np.array([parameter.off for parameter in candidate.effect.parameters])
         legs.torques[name] = np.tile(off[:, None, None], (1, legs.n, legs.n_lane))
     legs.torques[name][:, candidate.joint, lanes] = values
+    for other in candidate.replaced:
+        off = np.array([parameter.off for parameter in effect_named(other).parameters])
+        legs.torques[other][:, candidate.joint, lanes] = off[:, None]
 
 
 def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect, has_size
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.estimation.parameters import Parameter
+from synth.diagnosis.plants.swinging_chain.stated_forms import held_as_stated, natural_value
 from synth.swing.stated_effects import given_at
 
 WITHIN = 1e-9  # deviations of the prior beyond a bound of the search that are rounding
@@ -64,25 +64,6 @@ def coordinate(candidate: Candidate, name: str, value: float) -> float:
     with np.errstate(divide="ignore"):  # a size of 0 where the prior has none: infinitely far
         parameter = candidate.effect.parameters[candidate.effect.index(name)]
         return float(prior.coordinate(natural_value(candidate, parameter, value)))
-
-
-def natural_value(candidate: Candidate, parameter: Parameter, value: float) -> float:
-    """A parameter's value in SI in the natural units of its place."""
-    zero, one = candidate.in_units(parameter, np.array([0.0, 1.0])) + np.zeros(2)
-    return float((value - zero) / (one - zero))
-
-
-def held_as_stated(candidate: Candidate) -> Candidate:
-    """The candidate, its shape with all that the leg file states of the effect and the shape does not free."""
-    parameters = {parameter.name: parameter for parameter in candidate.effect.parameters}
-    held = {
-        name: natural_value(candidate, parameters[name], value)
-        for name, value in given_at(candidate.leg, candidate.place).items()
-        if name not in candidate.shape.free and not (name in candidate.effect.strengths and value == 0.0)
-    }
-    return (
-        replace(candidate, shape=replace(candidate.shape, held={**candidate.shape.held, **held})) if held else candidate
-    )
 
 
 def changed_effects(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -45,10 +45,11 @@ def _with_effect(leg: Leg, candidate: Candidate, x: Array) -> Leg:
     joint = leg.joints[candidate.joint]
     if candidate.is_absent:
         return leg.with_joints(**{joint.name: {"effects": _without(joint.effects, name)}})
-    there = joint.effects.get(candidate.effect.name)
+    rest = {other: given for other, given in joint.effects.items() if other not in candidate.replaced}
+    there = rest.get(candidate.effect.name)
     if candidate.effect.name == "torque_gain" and there is not None:  # within the tolerance of the motor's constant
         values = {"share": (1.0 + there["share"]) * (1.0 + values["share"]) - 1.0}
-    return leg.with_joints(**{joint.name: {"effects": {**joint.effects, candidate.effect.name: values}}})
+    return leg.with_joints(**{joint.name: {"effects": {**rest, name: values}}})
 
 
 def _without(effects: Mapping[str, Mapping[str, float]], name: str) -> dict[str, Mapping[str, float]]:

@@ -11,6 +11,7 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.odds import Calibration
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.stated_forms import in_stated_forms
 from synth.diagnosis.workbench import Workbench
 from synth.estimation.parameters import Shape
 from synth.swing.stated_effects import COUNTS, REPLACED_WAYS, Place, stated_effects
@@ -22,7 +23,8 @@ def search_from_stated(
     bench: Workbench, found: Sequence[Candidate], calibration: Calibration, say: Callable[[str], None]
 ) -> Hypotheses[EvaluatedHypothesis]:
     """How well each cause, and each promising combination, explains the trials; stated effects may be left out."""
-    return with_absent_effects(bench, search(bench, found, calibration, say), absent_effects(found), calibration)
+    formed = in_stated_forms(found)
+    return with_absent_effects(bench, search(bench, formed, calibration, say), absent_effects(found), calibration)
 
 
 def absent_effects(found: Sequence[Candidate]) -> list[Candidate]:
