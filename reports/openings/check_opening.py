@@ -53,11 +53,11 @@ def cause_size(cause: object) -> str:
     if not isinstance(cause, Mapping):
         return "–"
     only, limit = cause.get("only_from"), bool(cause.get("limit"))
-    return (
-        f"only from {size_text(only, limit=limit)}, implausible"
-        if only
-        else size_text(cause.get("visible_from"), limit=limit)
-    )
+    text = size_text(only or cause.get("visible_from"), limit=limit)
+    stated = cause.get("stated")
+    if isinstance(stated, Mapping) and stated and text != "–":
+        text = f"a change of {text} from the stated {brief(next(iter(stated.values())))}"
+    return f"only from {text}, implausible" if only else text
 
 
 def size_text(visible: object, *, limit: bool = False) -> str:

@@ -96,6 +96,9 @@ def _size(cause: Json | None) -> str:
         return "none" if visible is None else "-"
     first = next(iter(shown.values()))
     size = f"{'at most ' if cause.get('limit') else ''}{significant(first['value'], 2)} {first['unit']}"
+    stated = cause.get("stated", {}).get(next(iter(shown)))
+    if stated:
+        size = f"a change of {size} from the stated {significant(stated['value'], 3)}"
     return size if visible else f"only from {size}, implausible"
 
 

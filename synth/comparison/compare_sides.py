@@ -10,13 +10,14 @@ import numpy as np
 
 import synth
 from synth.arrays import Array
-from synth.comparison.overlay import Difference, OverlaidMotion, Overlay, chosen_starts, differences, overlaid
+from synth.comparison.overlay import Difference, OverlaidMotion, Overlay, chosen_starts, differences, is_read, overlaid
 from synth.comparison.shown_characteristics import UNITS, JointAlone, Shown, alone, shown
 from synth.comparison.side import MODEL, ComparedMotion, Side
 from synth.errors import UserError
 from synth.files.validate import near
 from synth.remarks import noted, remarks_json
 from synth.swing.leg_model import Leg
+from synth.swing.readings import stated_readings
 from synth.units import quantity
 
 FORMAT = "synth/compare/1"
@@ -186,7 +187,7 @@ def compare(
 
 def warnings(found: Comparison) -> list[str]:
     """Limits of the comparison."""
-    messages = [*_as_fitted(found), *_outside_the_family(found.sides)]
+    messages = [*_as_fitted(found), *_unread(found.sides), *_outside_the_family(found.sides)]
     for place, side in enumerate(found.sides):
         other = side.other_convention(found.leg)
         if other:
@@ -226,6 +227,19 @@ def _as_fitted(found: Comparison) -> list[str]:
         return []
     text = f"{', '.join(names)}: overlaid as fitted to the recordings at its time scale, with the fit's own start "
     return [noted(f"{text}and free angle in each")]
+
+
+def _unread(sides: Sequence[Side]) -> list[str]:
+    """A note on legs whose stated errors of encoders are left out of the comparison."""
+    left = {
+        side.name: dict.fromkeys(f"{each.effect.name} at {side.leg.joint_names[each.joint]}" for each in errors)
+        for side in sides
+        if side.kind == MODEL and not is_read(side, sides) and (errors := stated_readings(side.leg))
+    }
+    if not left:
+        return []
+    told = "; ".join(f"{name}: {', '.join(errors)}" for name, errors in left.items())
+    return [noted(f"true motions are compared, without the errors of encoders that leg files state ({told})")]
 
 
 def _outside_the_family(sides: Sequence[Side]) -> list[str]:

@@ -71,7 +71,7 @@ def open_sides(
 
 def _leg(source: Source, resolve_part: PartResolver) -> list[Side]:
     leg = read_leg(source.path, resolve_part=resolve_part)
-    return [Side(source.named("leg"), source.written, MODEL, leg, joints_of(leg))]
+    return [Side(source.named("leg"), source.written, MODEL, leg, joints_of(leg), reads=True)]
 
 
 def _trials(source: Source, leg: Leg) -> Side:
@@ -108,7 +108,7 @@ def _gap(source: Source, resolve_part: PartResolver) -> list[Side]:
 
     def designed(view: str) -> Side:
         leg = read_leg(folder / "designed.leg.yaml", resolve_part=resolve_part)
-        return _model(source, view, leg, {}, of("as_designed", "as designed"))
+        return _model(source, view, leg, {}, of("as_designed", "as designed"), reads=True)
 
     def recorded(view: str) -> Side:
         return Side(
@@ -116,8 +116,9 @@ def _gap(source: Source, resolve_part: PartResolver) -> list[Side]:
             of("noise_floor", "the sensors' noise"),
         )  # fmt: skip
 
+    after = of("after", "explained")
     return _asked(source, recorded=recorded, designed=designed,
-                  explained=lambda view: _model(source, view, explained, {}, of("after", "explained")))  # fmt: skip
+                  explained=lambda view: _model(source, view, explained, {}, after, reads=True))  # fmt: skip
 
 
 def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
@@ -191,7 +192,7 @@ def _gap_project(source: Source, resolve_part: PartResolver) -> list[Side]:
     return _asked(
         source,
         recorded=lambda view: _recorded(source, view, project.leg, motions),
-        designed=lambda view: _model(source, view, project.leg, {}, ()),
+        designed=lambda view: _model(source, view, project.leg, {}, (), reads=True),
     )
 
 
@@ -215,9 +216,15 @@ def _recorded(source: Source, view: str, leg: Leg, motions: tuple[ComparedMotion
 
 
 def _model(
-    source: Source, view: str, leg: Leg, known: Mapping[str, Mapping[str, Any]], stated: tuple[StatedFigure, ...]
+    source: Source,
+    view: str,
+    leg: Leg,
+    known: Mapping[str, Mapping[str, Any]],
+    stated: tuple[StatedFigure, ...],
+    *,
+    reads: bool = False,
 ) -> Side:
-    return Side(source.named(view), source.written, MODEL, leg, joints_of(leg, known), stated=stated)
+    return Side(source.named(view), source.written, MODEL, leg, joints_of(leg, known), stated=stated, reads=reads)
 
 
 def _require_same_joints(sides: Sequence[Side]) -> None:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.comparison.read_motion import moved_motion
 from synth.comparison.recorded_sides import standard_release
 from synth.comparison.side import MODEL, ComparedMotion, Side, not_driven_alike
 from synth.comparison.starts_alike import Away, RecordedStart, nearest, recorded_starts
 from synth.errors import UserError
-from synth.swing.chain import Conditions, simulate
 from synth.swing.mechanics import rest_pose
 
 MOST_STARTS = 12  # more starts add pages without new information
@@ -72,15 +72,23 @@ def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[O
     for start in starts:
         like = RecordedStart.of(start)
         pairs = [
-            _moved(side, start) if side.kind == MODEL else _recorded(side, start, own, like)
+            _moved(side, start, read=is_read(side, sides)) if side.kind == MODEL else _recorded(side, start, own, like)
             for side, own in zip(sides, known, strict=True)
         ]
         found.append(Overlay(start, tuple(motion for motion, _ in pairs), tuple(why for _, why in pairs)))
     return tuple(found)
 
 
-def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
-    """The leg simulated from the start under the recording's conditions, driven as it was; or as fitted to it."""
+def is_read(side: Side, sides: Sequence[Side]) -> bool:
+    """Whether a leg's motion is compared as its encoders read it: beside recordings, which are readings too."""
+    return side.reads and any(other.kind != MODEL for other in sides)
+
+
+def _moved(side: Side, start: ComparedMotion, *, read: bool) -> tuple[OverlaidMotion | None, str]:
+    """The leg simulated from the start under the recording's conditions, driven as it was; or as fitted to it.
+
+    ``read`` : as its encoders read it, see ``moved_motion``.
+    """
     why = not_driven_alike(side, start)
     if why:
         return None, why
@@ -88,12 +96,8 @@ def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, st
     if followed is not None and followed.shape == start.rotation.shape and side.stretch == 1.0:
         return OverlaidMotion(followed), ""
     slower = side.pace / side.stretch
-    conditions: Conditions = start.conditions
     try:
-        rotation = simulate(
-            side.leg, start.start, start.rate / slower, start.time * slower, conditions,
-            known_torque=start.known_torque, signals=start.signals,
-        )  # fmt: skip
+        rotation = moved_motion(side.leg, start, slower, read=read)
     except ArithmeticError as error:
         return None, str(error)
     return OverlaidMotion(rotation), ""

@@ -103,6 +103,9 @@ class Side:
     followed
         recording -> (m, n) rad, this leg's motion as it was fitted to the recording slowed by ``pace``, at its samples:
         from the start and with the free angles that this leg has in it, which another leg's fit does not give.
+    reads
+        the leg's encoders err as its file states, where recordings are compared. Not of a fit's leg: a fit takes
+        readings as exact, and its numbers follow them.
     """
 
     name: str
@@ -115,6 +118,7 @@ class Side:
     stretch: float = 1.0
     pace: float = 1.0
     followed: Mapping[str, Array] = field(default_factory=dict)
+    reads: bool = False
 
     def other_convention(self, leg: Leg) -> list[str]:
         """Joints whose angles this side's leg counts from another zero, or in the other sense, than ``leg``."""

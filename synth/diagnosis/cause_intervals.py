@@ -117,4 +117,5 @@ def _cause_with_intervals(
         free = name in candidate.shape.free
         found[name] = Estimate(value, written, min(reach[name]), max(reach[name])) if free else Estimate(value, written)
     effect, place = candidate.key
-    return Cause(effect, place, open_intervals(found, parameters_at_limits(candidate, x)))
+    told = open_intervals(found, parameters_at_limits(candidate, x))
+    return Cause(effect, place, told, absent=candidate.is_absent)

@@ -24,11 +24,15 @@ THIRDS = ("low", "middle", "high")
 
 @dataclass(frozen=True)
 class Cause:
-    """One effect at one place with its parameters; ``joint`` is a joint's name or ``base``."""
+    """One effect at one place with its parameters; ``joint`` is a joint's name or ``base``.
+
+    ``absent`` : the design states the effect, and it is not there.
+    """
 
     effect: str
     joint: str
     parameters: Mapping[str, Estimate]
+    absent: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``explanation``."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -40,6 +40,21 @@ class ShapedEffect(ABC):
     def replaced_links(self) -> int:
         """Number of links of the designed leg that it takes the place of."""
         return 0
+
+    @property
+    def designed(self) -> Mapping[str, float]:
+        """Its strengths that the design states, if the cause is a change of these; empty otherwise."""
+        return {}
+
+    @property
+    def replaced_keys(self) -> tuple[Key, ...]:
+        """Other effects of the design of which it takes the place."""
+        return ()
+
+    @property
+    def is_absent(self) -> bool:
+        """An effect of the design that is not there: it frees nothing and holds nothing."""
+        return not (self.shape.free or self.shape.held)
 
     @property
     def part(self) -> str:
@@ -150,6 +165,12 @@ class ShapedEffect(ABC):
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""
         return value * self.natural_size(parameter)
+
+
+def has_size(candidate: ShapedEffect) -> bool:
+    """Whether its strengths start from zero; a stop's stiffness and a limit do not."""
+    named = zip(candidate.shape.free, candidate.priors, strict=True)
+    return not any(prior.log for name, prior in named if name in candidate.effect.strengths)
 
 
 def unknown_slices(causes: Sequence[ShapedEffect], first: int) -> list[slice]:

@@ -23,7 +23,7 @@ def prefer_simpler_shapes(
 
     ``fits`` : with their own derivatives. ``price`` : what an unknown must take off the cost, ``price_of_unknown``.
     """
-    starts = [_fits_in_simpler_shapes(fit, candidates) for fit in fits]
+    starts = [_fits_in_simpler_shapes(bench, fit, candidates) for fit in fits]
     ends = iter(refine(bench, bench.evaluate([start for own in starts for start in own])))
     return [
         min([fit, *(next(ends) for _ in own)], key=lambda each: cost_with_unknowns(each, price))
@@ -36,7 +36,9 @@ def cost_with_unknowns(fit: EvaluatedHypothesis, price: float) -> float:
     return fit.cost + price * sum(candidate.size for candidate in fit.hypothesis)
 
 
-def _fits_in_simpler_shapes(fit: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]) -> list[EvaluatedHypothesis]:
+def _fits_in_simpler_shapes(
+    bench: Workbench, fit: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
+) -> list[EvaluatedHypothesis]:
     """The fit with one of its causes in a shape that frees fewer of the same parameters, at the same values."""
     made = []
     for k, (cause, place) in enumerate(zip(fit.hypothesis, fit.slices, strict=True)):
@@ -44,10 +46,13 @@ def _fits_in_simpler_shapes(fit: EvaluatedHypothesis, candidates: Sequence[Shape
         for other in candidates:
             if _is_simpler(other, cause):
                 kept = own[[cause.shape.free.index(name) for name in other.shape.free]]
-                made.append(fit.with_cause(k, other, kept))
+                start = fit.with_cause(k, other, kept)
+                made.append(start if other.links == cause.links else bench.held(start))
     return made
 
 
 def _is_simpler(one: ShapedEffect, other: ShapedEffect) -> bool:
-    """Whether a shape of the same cause frees some of the other's parameters, and adds as many links."""
+    """Whether a shape of the same cause frees some of the other's parameters, and adds as many links; or is none."""
+    if one.is_absent:  # or of a cause in the place of the absent effect
+        return one.key in (other.key, *other.replaced_keys) and not other.is_absent
     return one.key == other.key and one.links == other.links and {*one.shape.free} < {*other.shape.free}

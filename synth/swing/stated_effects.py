@@ -10,6 +10,8 @@ from synth.swing.effects.definition import Effect, Way
 from synth.swing.leg_model import Leg
 
 COUNTS = "encoder_quantisation"  # which a diagnosis finds from the readings themselves, stated or not
+# Ways of effects of which a cause takes the place of the stated one; another way changes a number that the file states.
+REPLACED_WAYS: tuple[Way, ...] = ("torque", "reading", "structure")
 Place = tuple[str, int]  # name of an effect, and index of its joint
 
 
@@ -51,3 +53,9 @@ def stated_effects(leg: Leg, way: Way) -> list[StatedEffect]:
         for j, held in [*at_joints, (0, leg.effects)]
         if effect.name in held
     ]
+
+
+def given_at(leg: Leg, place: Place) -> Mapping[str, float]:
+    """What a leg states, without the defaults, of an effect that a cause at this place replaces; empty if nothing."""
+    every = [each for way in REPLACED_WAYS for each in stated_effects(leg, way)]
+    return next((each.given for each in every if each.place == place and each.effect.name != COUNTS), {})

@@ -111,7 +111,7 @@ def test_every_leg_file_whose_effect_a_cause_replaces_is_named() -> None:
     trials, cause = two_rigs({}, {}, OWN), Cause("link_flexibility", "hip", {})
     text = "hip: the link_flexibility found is the whole effect, in the place of that in"
     assert remarks(OWN, trials, cause) == (
-        f"{text} the leg file (stiffness 25 N·m/rad) and own.leg.yaml (stiffness 25 N·m/rad)",
+        f"{text} the leg file (stiffness 25 N·m/rad) and that in own.leg.yaml (stiffness 25 N·m/rad)",
     )
     assert remarks(TWO, trials[4:], cause) == (f"{text} own.leg.yaml (stiffness 25 N·m/rad)",)
     assert remarks(TWO, trials[:4], cause) == ()

@@ -219,7 +219,7 @@ def test_a_cause_found_only_in_a_pair_is_ranked(monkeypatch: pytest.MonkeyPatch)
         found = search(*given)
         return replace(found, singles=tuple(s for s in found.singles if s.keys[0] != ("quadratic_damping", "hip")))
 
-    monkeypatch.setattr("synth.diagnosis.plants.swinging_chain.chain_diagnosis.search", without)
+    monkeypatch.setattr("synth.diagnosis.plants.swinging_chain.stated_candidates.search", without)
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), effects), seed=2), Tolerance())
     ranked = [(entry.cause.effect, entry.cause.joint) for entry in result.ranked]
     assert set(causes(result)) <= set(ranked)

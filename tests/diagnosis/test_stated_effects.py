@@ -17,6 +17,8 @@ from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.stated_candidates import absent_effects
+from synth.diagnosis.plants.swinging_chain.stated_forms import in_stated_forms
 from synth.diagnosis.score import first_state
 from synth.errors import UserError
 from synth.files.gap_project import Tolerance
@@ -45,12 +47,16 @@ def candidates_of(leg: Leg) -> list[Candidate]:
 
 def predicted(leg: Leg, key: tuple[str, str] | None = None, at: Array | None = None) -> Array:
     """(m, n) rad, what the leg's encoders read; with the first cause of this effect and place ``at`` its unknowns."""
-    cause = [each for each in candidates_of(leg) if each.key == key][:1]
+    return predicted_with(leg, *[each for each in candidates_of(leg) if each.key == key][:1], at=at)
+
+
+def predicted_with(leg: Leg, *cause: Candidate, at: Array | None = None) -> Array:
+    """(m, n) rad, what the leg's encoders read with one of its causes at its first start, or ``at`` its unknowns."""
     tolerances = Tolerances.of(leg, Tolerance())
     state = np.concatenate([first_state(TRIAL), np.zeros(2 * sum(each.links for each in cause))])
     own = np.concatenate([each.starts()[0] for each in cause]) if cause and at is None else at
     unknowns = np.concatenate([np.zeros(tolerances.size), np.zeros(0) if own is None else own])
-    block = Block(tuple(cause), unknowns[:, None], state[None, :, None])
+    block = Block(cause, unknowns[:, None], state[None, :, None])
     return Predictor(leg, tolerances, 1e-9).predict([TRIAL], [block])[0][:, :, 0]
 
 
@@ -116,6 +122,82 @@ def test_a_cause_in_the_place_of_a_stated_effect_is_told_with_that() -> None:
     assert [text for text in result.warnings if "leg file" in text] == [
         "knee: the encoder_offset found is the whole effect, in the place of that in the leg file (offset 1.15°)"
     ]
+
+
+DRY: Effects = {"knee": {"coulomb_friction": {"torque": 0.03}}}
+ABSENT = {
+    "friction": (
+        DRY,
+        "the knee's dry friction in the leg file (torque 0.03",
+    ),
+    "late": (LATE, "the knee's latency in the leg file (delay 20 ms)"),
+    "bend": (BEND, "the hip's link flexibility in the leg file (stiffness 25"),
+}
+
+
+@pytest.mark.parametrize(("effects", "words"), ABSENT.values(), ids=ABSENT)
+def test_a_stated_effect_that_the_rig_lacks_is_told_as_absent(effects: Effects, words: str) -> None:
+    """And is left out of the diagnosed leg. A size of nil, or a bend of the largest stiffness tried, was told."""
+    result = diagnose(with_effects(TWO, effects), recorded(TWO), Tolerance())
+    ((place, (name,)),) = ((place, tuple(given)) for place, given in effects.items())
+    assert (result.verdict, causes(result)) == ("effect", [(name, place)])
+    assert result.sentence.lower().startswith(words)
+    assert "in the leg file" in result.sentence
+    assert "is not there" in result.sentence
+    assert result.explanation[0].absent
+    assert all(each.value == 0.0 for each in result.explanation[0].parameters.values())
+    assert not any(joint.effects for joint in result.diagnosed.joints)
+    assert not [text for text in result.warnings if "in the place of" in text or "largest value" in text]
+
+
+def test_an_absent_effect_is_told_beside_what_the_file_lacks() -> None:
+    result = diagnose(with_effects(TWO, LATE), recorded(with_effects(TWO, DRY)), Tolerance())
+    found = {(cause.effect, cause.joint): cause.absent for cause in result.explanation}
+    assert found == {("coulomb_friction", "knee"): False, ("latency", "knee"): True}
+    assert result.diagnosed.joints[1].effects.keys() == {"coulomb_friction"}
+
+
+def test_a_stated_effect_that_is_absent_moves_as_if_the_file_did_not_state_it() -> None:
+    for effects in (BEND, MOUNT, LATE, DRY):
+        (cause,) = absent_effects(candidates_of(with_effects(TWO, effects)))
+        found = predicted_with(with_effects(TWO, effects), cause)
+        np.testing.assert_allclose(found, predicted(TWO), atol=1e-9)
+
+
+def test_a_shape_holds_what_the_file_states_instead_of_the_default() -> None:
+    """Each shape put the stated lag back to 0, and no shape was late and filtered: the cause was unknown."""
+    built = with_effects(TWO, {"knee": {"latency": {"delay": 0.02, "lag": 0.03}}})
+    result = diagnose(with_effects(TWO, {"knee": {"latency": {"lag": 0.03}}}), recorded(built), Tolerance())
+    assert (result.verdict, causes(result)) == ("effect", [("latency", "knee")])
+    assert result.diagnosed.joints[1].effects["latency"] == pytest.approx({"delay": 0.02, "lag": 0.03}, rel=0.05)
+
+
+def test_a_stated_form_may_also_be_another() -> None:
+    """A delay in the place of the stated filter, not beside it."""
+    built = with_effects(TWO, {"knee": {"latency": {"delay": 0.02}}})
+    result = diagnose(with_effects(TWO, {"knee": {"latency": {"lag": 0.06}}}), recorded(built), Tolerance())
+    assert causes(result) == [("latency", "knee")]
+    assert result.diagnosed.joints[1].effects["latency"] == pytest.approx({"delay": 0.02}, rel=0.05)
+
+
+def test_a_dry_friction_takes_the_place_of_a_stated_one_of_another_law() -> None:
+    """It was added on top of the stated one, and the cause was unknown."""
+    built = with_effects(TWO, {"knee": {"stribeck_friction": {"torque": 0.05, "fall": 0.8, "speed": 1.0}}})
+    leg = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.05}}})
+    result = diagnose(leg, recorded(built), Tolerance())
+    assert (result.verdict, causes(result)) == ("effect", [("stribeck_friction", "knee")])
+    assert result.diagnosed.joints[1].effects.keys() == {"stribeck_friction"}
+    (told,) = [text for text in result.warnings if "leg file" in text]
+    assert "in the place of the dry friction that the leg file states (torque 0.05 N·m)" in told
+
+
+def test_a_mount_of_another_form_than_the_stated_one_is_simulated_with_both() -> None:
+    """And with the stated sliding held, a candidate adds as many links as are simulated."""
+    leg = with_effects(TWO, MOUNT)
+    formed = [each for each in in_stated_forms(candidates_of(leg)) if each.key == ("base_compliance", "base")]
+    assert sorted(each.links for each in formed) == [1, 1, 2, 2]
+    for each in formed:
+        assert np.isfinite(predicted_with(leg, each)).all()
 
 
 def test_a_second_diagnosis_with_the_diagnosed_leg_finds_no_gap() -> None:

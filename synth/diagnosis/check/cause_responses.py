@@ -17,16 +17,16 @@ from synth.arrays import Array
 from synth.diagnosis.check.level_sizes import (
     Level,
     distinct_starts,
-    has_size,
     is_level,
     level_rungs,
+    rungs_from_designed,
     strength_places,
     with_point,
 )
-from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.effect_shape import ShapedEffect, has_size
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
-from synth.diagnosis.screening import DIVERGED_RESIDUAL, ScreeningFrame, ladder_starts
+from synth.diagnosis.screening import DIVERGED_RESIDUAL, ScreeningFrame
 from synth.diagnosis.workbench import Workbench
 
 # A cause is visible if its gain in log-likelihood, half the squared signal, exceeds the penalty of one unknown in the
@@ -147,7 +147,7 @@ def _responses_with_sizes(
     first = bench.n_tolerance
     leveled = [is_level(start.hypothesis[0]) for start in starts]
     ladders = [
-        level_rungs(start, first) if level else ladder_starts(start, first)
+        level_rungs(start, first) if level else rungs_from_designed(start, first)
         for start, level in zip(starts, leveled, strict=True)
     ]
     signals, raw = _signals_of_ladders(bench, at, ladders)
@@ -283,4 +283,5 @@ def is_plausible(candidate: ShapedEffect, unknowns: Array) -> bool:
     """
     if not has_size(candidate):
         return True
-    return float(np.linalg.norm(np.asarray(unknowns)[strength_places(candidate)])) < VISIBLE_SIGNAL
+    point = np.asarray(unknowns) - (candidate.absent if candidate.designed else 0.0)
+    return float(np.linalg.norm(point[strength_places(candidate)])) < VISIBLE_SIGNAL

@@ -45,7 +45,11 @@ def estimate_lags(bench: Workbench, at: EvaluatedHypothesis, found: Sequence[Cau
     left = float(np.sqrt(max(gram[-1, -1] / bench.total, 1.0)))
     made: dict[str, Lag] = {}
     for k, response in enumerate(late):
-        size = next(iter(response.candidate.named(response.fit.unknowns[bench.n_tolerance :]).values()))
+        named, name = (
+            response.candidate.named(response.fit.unknowns[bench.n_tolerance :]),
+            response.candidate.shape.free[0],
+        )
+        size = named[name] - response.candidate.designed.get(name, 0.0)
         per_second = gram[k, k] / size**2
         value = -float(gram[k, -1]) / size / per_second
         deviation = left / float(np.sqrt(per_second))

@@ -13,12 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.effect_shape import SMALL_STRENGTH, ShapedEffect, has_size
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.estimation.parameters import Prior
+from synth.diagnosis.screening import ladder_starts
 
 COARSE_RUNGS = 25  # over the prior's whole range: steps of 28 % of a torque limit's
 FINE_RUNGS = 7  # between the two among which the smallest visible size is: to 4 %, then interpolated
+
+
+CHANGES = (0.01, 0.1, 1.0, 4.0, 12.0, 30.0, 70.0)  # of a stated size, in units of a search's first strength
 
 
 @dataclass(frozen=True)
@@ -89,15 +92,6 @@ def is_level(candidate: ShapedEffect) -> bool:
     return not has_size(candidate) and not any(parameter.anchor for parameter in candidate.effect.parameters)
 
 
-def has_size(candidate: ShapedEffect) -> bool:
-    """Whether its strengths start from zero; a stop's stiffness and a limit do not."""
-    return not any(prior.log for name, prior in _named_priors(candidate) if name in candidate.effect.strengths)
-
-
-def _named_priors(candidate: ShapedEffect) -> list[tuple[str, Prior]]:
-    return list(zip(candidate.shape.free, candidate.priors, strict=True))
-
-
 def strength_places(candidate: ShapedEffect) -> list[int]:
     """Places of the strengths among its unknowns."""
     return [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
@@ -114,6 +108,21 @@ def level_rungs(start: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothe
         point[chosen] = low[chosen] + share * (high[chosen] - low[chosen])
         made.append(with_point(start, first, point))
     return made
+
+
+def rungs_from_designed(start: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
+    """The start at a ladder of sizes from the designed one, in both senses: 0, or of a stated effect its size."""
+    candidate = start.hypothesis[-1]
+    if not candidate.designed:
+        return ladder_starts(start, first)
+    low, high = candidate.bounds()
+    strong = np.zeros(candidate.size)
+    strong[[k for k, name in enumerate(candidate.shape.free) if name in candidate.designed]] = SMALL_STRENGTH
+    points = [
+        np.clip(start.unknowns[first:] + factor * strong, low, high) for size in CHANGES for factor in (size, -size)
+    ]
+    distinct = {tuple(point.round(9)): point for point in points if np.any(point != start.unknowns[first:])}
+    return [with_point(start, first, point) for point in distinct.values()]
 
 
 def with_point(start: EvaluatedHypothesis, first: int, point: Array) -> EvaluatedHypothesis:

@@ -22,6 +22,7 @@ from synth.diagnosis.check.separability import Separability, separability
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
+from synth.diagnosis.plants.swinging_chain.changed_effect import changed_effects
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.sensor_noise import estimate_sensor
@@ -82,7 +83,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         tell("causes that can be separated")
         at = as_designed(bench)
         every = candidates(leg, scene.given, natural_sizes_of(leg, scene.given), scene.legs)
-        responses, made = responses_of(bench, at, every)
+        responses, made = responses_of(bench, at, changed_effects(every))
         late = estimate_lags(bench, at, responses)
         findings += lag_findings(late)
         told = separability(bench, at, responses, made, menu(leg, bench, scene.given))

@@ -7,7 +7,7 @@ for every answer of small size.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from synth.diagnosis.check.cause_responses import (
     responses_for_comparison,
     with_columns_numbered,
 )
-from synth.diagnosis.check.visible_sizes import implausible_size, size_at, visible_size
+from synth.diagnosis.check.visible_sizes import designed_size, implausible_size, size_at, visible_size
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem
@@ -61,7 +61,8 @@ class VisibleCause:
 
     ``only_from`` : the smallest visible size that is not plausible, see ``is_plausible``; None if there is none.
     Of a cause without a size, a stop: its place, an angle at each end of travel from which it is visible. Of a
-    ``limit`` : the highest that is visible; lower ones are visible too.
+    ``limit`` : the highest that is visible; lower ones are visible too. ``designed`` : the sizes that the leg file
+    states of an effect; the others are then changes from these.
     """
 
     key: Key
@@ -69,6 +70,7 @@ class VisibleCause:
     rivals: tuple[Rival, ...]
     only_from: dict[str, Estimate] | None = None
     limit: bool = False
+    designed: Mapping[str, Estimate] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``causes``."""
@@ -80,6 +82,7 @@ class VisibleCause:
             "visible_from": shown,
             **({} if beyond is None else {"only_from": beyond}),
             **({"limit": True} if self.limit else {}),
+            **({"stated": {k: v.as_json() for k, v in self.designed.items()}} if self.designed else {}),
             "looks_like": [rival.as_json() for rival in self.rivals],
         }
 
@@ -185,13 +188,13 @@ def _nearest_form(gram: Array, true: CauseResponse, others: Sequence[CauseRespon
 
 def _visible_cause(responses: Sequence[CauseResponse], pairs: Sequence[_Pair]) -> VisibleCause:
     response = _plainest_response(responses)
-    limit = response.level is not None and response.level.falls
+    limit, stated = response.level is not None and response.level.falls, designed_size(response.candidate)
     if response.visible is None:
-        return VisibleCause(response.key, None, (), implausible_size(responses), limit)
+        return VisibleCause(response.key, None, (), implausible_size(responses), limit, stated)
     rivals = []
     for pair in pairs[:MOST_RIVALS]:
         rivals.append(Rival(pair.other.key, pair.sine, size_at(response, 1.0 / max(pair.sine, LEAST_SINE))))
-    return VisibleCause(response.key, visible_size(responses), tuple(rivals), limit=limit)
+    return VisibleCause(response.key, visible_size(responses), tuple(rivals), limit=limit, designed=stated)
 
 
 def _clusters(

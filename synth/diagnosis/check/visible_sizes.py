@@ -8,8 +8,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.check.cause_responses import VISIBLE_SIGNAL, CauseResponse
-from synth.diagnosis.check.level_sizes import has_size
-from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.effect_shape import ShapedEffect, has_size
 from synth.estimation.intervals import Estimate
 from synth.units import shown_unit
 
@@ -51,13 +50,22 @@ def size_at(response: CauseResponse, factor: float) -> dict[str, Estimate] | Non
 
 
 def _strengths(candidate: ShapedEffect, point: Array) -> dict[str, Estimate]:
-    """Strengths that are free in the cause's shape at whitened unknowns."""
+    """Strengths that are free in the cause's shape at whitened unknowns; of stated ones the change from these."""
     units = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
     return {
-        name: Estimate(value, _unit_of_smallest_size(units[name]))
+        name: Estimate(
+            abs(value - candidate.designed[name]) if name in candidate.designed else value,
+            _unit_of_smallest_size(units[name]),
+        )
         for name, value in candidate.named(point).items()
         if name in candidate.effect.strengths and name in candidate.shape.free
     }
+
+
+def designed_size(candidate: ShapedEffect) -> dict[str, Estimate]:
+    """The strengths that the design states, of which the sizes of a cause are changes; empty for other causes."""
+    units = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
+    return {name: Estimate(value, _unit_of_smallest_size(units[name])) for name, value in candidate.designed.items()}
 
 
 def _visible_places(responses: Sequence[CauseResponse]) -> dict[str, Estimate]:

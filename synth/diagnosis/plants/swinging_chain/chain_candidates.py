@@ -187,7 +187,7 @@ def _damper_rate(damper: Damper | None, speed: float) -> float:
 class Candidate(ShapedEffect):
     """One effect at one joint (0 for the base) in one shape.
 
-    ``legs`` : of all trials.
+    ``legs`` : of all trials. ``replaced`` : stated effects of the same kin at its joint, of which it takes the place.
     """
 
     effect: Effect
@@ -195,11 +195,17 @@ class Candidate(ShapedEffect):
     scales: NaturalSizes
     leg: Leg
     legs: TrialLegs
+    replaced: tuple[str, ...] = ()
 
     @property
     def key(self) -> Key:
         """Effect and place, as named in files."""
         return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
+
+    @property
+    def replaced_keys(self) -> tuple[Key, ...]:
+        """Effect and place of the stated effects of the same kin of which it takes the place."""
+        return tuple((name, self.key[1]) for name in self.replaced)
 
     @property
     def links(self) -> int:
@@ -209,12 +215,22 @@ class Candidate(ShapedEffect):
     @property
     def replaced_links(self) -> int:
         """Number of links of the stated structure whose place it takes."""
-        return self.legs.replaced_links((self.effect.name, self.joint))
+        return self.legs.replaced_links(self.place)
 
     @property
     def nearly_linear(self) -> bool:
         """The change of the leg's numbers or the readings."""
         return self.effect.way in ("leg", "reading")
+
+    @property
+    def place(self) -> Place:
+        """The effect's name and its joint, as of a stated effect."""
+        return self.effect.name, self.joint
+
+    @property
+    def places(self) -> frozenset[Place]:
+        """Its place, and those of the stated effects of the same kin of which it takes the place."""
+        return frozenset({self.place, *((name, self.joint) for name in self.replaced)})
 
     @property
     def part(self) -> str:
@@ -255,7 +271,9 @@ class Candidate(ShapedEffect):
         return np.asarray(middle + value * self.scales.half[self.joint])
 
     def values(self, x: Array) -> Array:
-        """The values as for any effect, kept plausible for this leg."""
+        """The values as for any effect, kept plausible for this leg; of one that is absent those that switch it off."""
+        if self.is_absent:
+            return np.tile([[parameter.off] for parameter in self.effect.parameters], (1, x.shape[1]))
         found = super().values(x)
         if not self.effect.bounds:
             return found
@@ -263,10 +281,17 @@ class Candidate(ShapedEffect):
             self.effect.function(self.effect.bounds)(self.leg, MOUNT_FREQUENCY_RATIO * self.scales.slow, found)
         )
 
+    def named(self, x: Array) -> dict[str, float]:
+        """Parameters to report; of an absent effect its sizes, which are 0: a stiffness has none then."""
+        if not self.is_absent:
+            return super().named(x)
+        sizes = [p for p in self.effect.parameters if p.name in self.effect.strengths and p.prior is not None]
+        return {p.name: p.off for p in sizes if p.prior is not None and not (p.prior.log or p.prior.inverse)}
+
     def in_rotation(self, x: Array) -> Array:
         """Like ``values``, converted to the sense of q where direction matters."""
         values = self.values(x)
-        if not has_direction(self.effect):
+        if self.is_absent or not has_direction(self.effect):
             return values
         joint = self.leg.joints[self.joint]
         turned = [turned_to_rotation(self.effect, joint.sign, joint.zero, lane) for lane in values.T.tolist()]

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, spread_over_kinds
 from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
@@ -38,6 +37,7 @@ from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_se
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
+from synth.diagnosis.plants.swinging_chain.stated_candidates import search_from_stated
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
@@ -132,7 +132,8 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could be visible, alone and with others."""
         leg, given, bench, odds = self.scene.leg, self.scene.given, self.bench, self.calibration
-        found = search(bench, candidates(leg, given, natural_sizes_of(leg, given), self.scene.legs), odds, say)
+        every = candidates(leg, given, natural_sizes_of(leg, given), self.scene.legs)
+        found = search_from_stated(bench, every, odds, say)
         found, done = settle_leading(bench, found, odds)
         say("trials left out")
         found = with_unseen_errors(bench, found, odds)

@@ -20,11 +20,13 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.swing.chain import Chain, compiled_chain
+from synth.swing.effects import effect_named
 from synth.swing.effects.definition import Effect, Way
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.readings import joint_as_read
 from synth.swing.stated_effects import COUNTS, Place, StatedEffect, in_order_of_action, stated_effects
 from synth.swing.tolerances import Tolerances
 
@@ -196,20 +198,19 @@ class Predictor:
             readings: list[_LaneEffect] = []
             stated = trial.recording.leg or self.leg
             own = self._legs.own_places(stated)
-            for candidate, x, lanes in self._gathered(blocks):
+            acting = [item for item in self._gathered(blocks) if own.isdisjoint(item[0].places)]
+            for candidate, x, lanes in acting:
                 way = candidate.effect.way
-                if _place(candidate) in own:
-                    continue
                 if way == "torque":
                     _switch_effect_on(legs, candidate, candidate.in_rotation(x), lanes)
                 elif way in ("leg", "drive"):
                     _change_numbers(legs, candidate, candidate.values(x), lanes)
                 elif way == "reading":
                     readings.append((candidate, candidate.values(x), lanes))
-                else:
+                elif not candidate.is_absent:
                     pending.append((candidate, candidate.values(x), lanes))
-            pending += _stated_beside(stated, "structure", pending, legs.n_lane)
-            readings += _stated_beside(stated, "reading", readings, legs.n_lane)
+            pending += _stated_beside(stated, "structure", acting, legs.n_lane)
+            readings += _stated_beside(stated, "reading", acting, legs.n_lane)
             readings.sort(key=lambda item: in_order_of_action(item[0].effect))
             added = _extend_chain(legs, pending)
             legs = added[-1].legs if added else legs
@@ -267,13 +268,7 @@ class Predictor:
         rate: Array,
     ) -> Array:
         """One joint's rotation (m, n_lane) at ``time`` (m,) s as read by its encoder."""
-        reading = rotation.copy()
-        hinge = self.leg.joints[joint]
-        for erring, values, lanes in readings:
-            if erring.joint == joint:
-                read = erring.effect.function()
-                reading[:, lanes] = read(time, reading[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
-        return reading
+        return joint_as_read(readings, joint, self.leg.joints[joint], time, rotation, rate)
 
 
 def _candidate_unknowns(block: Block, first: int) -> list[tuple[Candidate, Array]]:
@@ -283,12 +278,16 @@ def _candidate_unknowns(block: Block, first: int) -> list[tuple[Candidate, Array
 
 
 def _switch_effect_on(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
-    """Switch a torque effect on in some of the lanes."""
+    """Switch a torque effect on in some of the lanes, and off the stated ones of which it takes the place."""
     name = candidate.effect.name
     if name not in legs.torques:
         off = np.array([parameter.off for parameter in candidate.effect.parameters])
         legs.torques[name] = np.tile(off[:, None, None], (1, legs.n, legs.n_lane))
     legs.torques[name][:, candidate.joint, lanes] = values
+    for other in candidate.replaced:
+        off = np.array([parameter.off for parameter in effect_named(other).parameters])
+        if other in legs.torques:
+            legs.torques[other][:, candidate.joint, lanes] = off[:, None]
 
 
 def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
@@ -296,10 +295,6 @@ def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: 
     wide = np.zeros((len(values), legs.n_lane))
     wide[:, lanes] = values
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
-
-
-def _place(item: Candidate | StatedEffect) -> Place:
-    return item.effect.name, item.joint
 
 
 def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Array:
@@ -320,7 +315,7 @@ def _starting_links(
 
     A candidate's replace those of the ``stated`` structure in its place, except at the leg's ``own`` places.
     """
-    structures = [(_place(c), c.links) for c in chain_candidates(hypothesis) if c.effect.way == "structure"]
+    structures = [(c.place, c.links) for c in chain_candidates(hypothesis) if c.effect.way == "structure"]
     replaced = {place for place, _ in structures} - own
     kept = [(None if place in replaced else place, number) for place, number in stated.items()]
     return [*kept, *((None if place in own else place, number) for place, number in structures)]
@@ -346,11 +341,11 @@ def _departures(
     return found
 
 
-def _stated_beside(leg: Leg, way: Way, items: Sequence[_LaneEffect], n_lane: int) -> list[_LaneEffect]:
+def _stated_beside(leg: Leg, way: Way, causes: Sequence[_LaneCandidate], n_lane: int) -> list[_LaneEffect]:
     """The effects of one way that a leg states, in the lanes where no candidate replaces them."""
     found: list[_LaneEffect] = []
     for stated in stated_effects(leg, way):
-        replaced = [lanes for each, _, lanes in items if _place(each) == stated.place]
+        replaced = [lanes for each, _, lanes in causes if each.place == stated.place]
         lanes = np.setdiff1d(np.arange(n_lane), np.concatenate([*replaced, np.zeros(0, dtype=np.intp)]))
         if len(lanes) and stated.effect.name != COUNTS:
             found.append((stated, np.repeat(np.array(stated.values)[:, None], len(lanes), axis=1), lanes))
@@ -360,11 +355,11 @@ def _stated_beside(leg: Leg, way: Way, items: Sequence[_LaneEffect], n_lane: int
 def _extend_chain(legs: LegLanes, pending: Sequence[_LaneEffect]) -> tuple[_AddedLinks, ...]:
     """The chain with the links of one structure after the other, each of them in all lanes."""
     added = []
-    effects = {_place(item[0]): item[0].effect for item in pending}
+    effects = {item[0].place: item[0].effect for item in pending}
     for place, effect in sorted(effects.items(), key=lambda item: (in_order_of_action(item[1]), item[0][1])):
         wide = np.empty((len(effect.parameters), legs.n_lane))
         for each, values, lanes in pending:
-            if _place(each) == place:
+            if each.place == place:
                 wide[:, lanes] = values
         made = effect.function()(legs, legs.own[place[1]], *wide)
         added.append(_AddedLinks(place, effect, made, range(made.newest, made.newest + made.n - legs.n)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,14 +37,23 @@ def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, co
 
 
 def _with_effect(leg: Leg, candidate: Candidate, x: Array) -> Leg:
-    values = candidate.named(x)
+    name, values = candidate.effect.name, candidate.named(x)
     if candidate.effect.where == "base":
-        return replace(leg, effects={**leg.effects, candidate.effect.name: values})
+        return replace(
+            leg, effects=_without(leg.effects, name) if candidate.is_absent else {**leg.effects, name: values}
+        )
     joint = leg.joints[candidate.joint]
-    there = joint.effects.get(candidate.effect.name)
+    if candidate.is_absent:
+        return leg.with_joints(**{joint.name: {"effects": _without(joint.effects, name)}})
+    rest = {other: given for other, given in joint.effects.items() if other not in candidate.replaced}
+    there = rest.get(candidate.effect.name)
     if candidate.effect.name == "torque_gain" and there is not None:  # within the tolerance of the motor's constant
         values = {"share": (1.0 + there["share"]) * (1.0 + values["share"]) - 1.0}
-    return leg.with_joints(**{joint.name: {"effects": {**joint.effects, candidate.effect.name: values}}})
+    return leg.with_joints(**{joint.name: {"effects": {**rest, name: values}}})
+
+
+def _without(effects: Mapping[str, Mapping[str, float]], name: str) -> dict[str, Mapping[str, float]]:
+    return {other: given for other, given in effects.items() if other != name}
 
 
 def _with_changed_numbers(leg: Leg, candidate: Candidate, x: Array) -> Leg:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.swinging_chain.drive_numbers import drive_words
+from synth.diagnosis.plants.swinging_chain.replaced_effects import absent_words
 from synth.diagnosis.plants.swinging_chain.stated_numbers import NUMBERS_CHANGED, RATES, nominal_rate
 from synth.diagnosis.sentences import stated_parameters
 from synth.swing.effects import effect_named
@@ -24,6 +25,8 @@ NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten
 
 def cause_words(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
     """The knee has dry friction (torque 0.052 N·m)."""
+    if cause.absent:
+        return absent_words(cause, leg)
     effect = effect_named(cause.effect)
     values = drive_words(cause, leg) or stated_parameters(cause, effect)
     phrase = effect.phrase or f"shows {effect.meaning}"

@@ -10,13 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from synth.swing.effects.definition import Way
 from synth.swing.lane_layout import MOST_LINKS
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
-from synth.swing.stated_effects import COUNTS, Place, StatedEffect, stated_effects
-
-REPLACED_WAYS: tuple[Way, ...] = ("torque", "reading", "structure")  # others change a number that the file states
+from synth.swing.stated_effects import COUNTS, REPLACED_WAYS, Place, StatedEffect, stated_effects
 
 
 @dataclass(frozen=True)
