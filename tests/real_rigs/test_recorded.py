@@ -109,10 +109,13 @@ def test_a_fault_put_into_real_recordings_stands_first(number: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("half", [0, 1])
 def test_the_diagnosed_ankle_follows_its_releases_as_the_next_design(half: int, tmp_path: Path) -> None:
-    """A link that bends, found in one half of the releases and stated: the other half is followed without any fit."""
+    """A bend beyond the locked knee, found in one half of the releases and stated: the other half is followed.
+
+    Without any fit, to 0.5 and 0.9 deg, and both halves find nearly one stiffness: 12.7 and 14.3 N m/rad.
+    """
     project = read_gap_project(RIGS["robot ankle"](tmp_path).project(tmp_path, half))
     first = diagnose(project.leg, project.trials, project.tolerance)
-    assert "link_flexibility" in first.diagnosed.joints[-1].effects
+    assert first.diagnosed.joints[1].effects["link_flexibility"]["stiffness"] == pytest.approx(13.5, rel=0.1)
     again = diagnose(first.diagnosed, project.trials, project.tolerance)
     assert first.as_designed.value > math.radians(2.5)
-    assert again.as_designed.value < math.radians(0.8)
+    assert again.as_designed.value < math.radians((0.6, 0.9)[half])
