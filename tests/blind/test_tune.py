@@ -20,7 +20,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.odds import Calibration, far_share
-from synth.diagnosis.plants.swinging_chain import chain_diagnosis
+from synth.diagnosis.plants.swinging_chain import stated_candidates
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.verdict import CALIBRATED
 from synth.diagnosis.workbench import Workbench
@@ -48,7 +48,7 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
             made[key] = search(bench, candidates, calibration, progress)
         return made[key]
 
-    for module in (tune, chain_diagnosis):
+    for module in (tune, stated_candidates):
         monkeypatch.setattr(module, "search", once)
 
 
@@ -92,6 +92,8 @@ def test_a_stored_search_of_a_rig_gives_the_verdict_of_its_diagnosis(tmp_path: P
     found = searched.read(json.loads((tmp_path / "rig.json").read_text()))
     assert far_share([found.found.none, *found.found.singles]) > 0.0
     got = searched.view(found, CALIBRATED)
+    told = tune_rigs.reliability_table({"rig": case.answer}, {"rig": found}).splitlines()
+    assert told[1:] == [f"from {int(10 * got.first[1]) / 10:.1f}:   1 rigs, {got.first[1]:.3f}, 1 right"]
     assert (got.verdict, got.explanation) == (wanted.verdict, wanted.explanation)
     assert got.unknown == pytest.approx(wanted.unknown, abs=1e-6)
     assert got.first[0] == wanted.first[0]

@@ -11,8 +11,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from blind import rigs, run
 from blind.asked import Asked
+from blind.chance import reliability
 from blind.rig_score import right_first, scores
 from blind.score import Answer
 from blind.searched import FACTORS, Searched, search_all, view
@@ -40,7 +43,8 @@ def main(words: list[str] | None = None) -> int:
     if not asked.answers.exists():
         rigs.make(asked, rigs.plan(asked.seed, asked.count), rigs.one)
     answers = json.loads(asked.answers.read_text())
-    print(table(answers, search_all(asked, list(answers), search_rig, APART)))  # noqa: T201
+    cases = search_all(asked, list(answers), search_rig, APART)
+    print(table(answers, cases), reliability_table(answers, cases), sep="\n\n")  # noqa: T201
     return 0
 
 
@@ -71,6 +75,16 @@ def table(answers: Mapping[str, Answer], cases: Mapping[str, Searched]) -> str:
             rows.append((f"{name} {value:.3g}", line(answers, cases, replace(CALIBRATED, **{name: value}))))
     head = f"{'':24s}" + "".join(f"{cell:>16s}" for cell in ("squared error", *SHOWN))
     return "\n".join([head, *(f"{name:24s}" + "".join(f"{x:16.3f}" for x in values) for name, values in rows)])
+
+
+def reliability_table(answers: Mapping[str, Answer], cases: Mapping[str, Searched]) -> str:
+    """Of rigs with a main cause, by tenths of the first cause's probability: how many, its mean, and how many right."""
+    views = {name: view(cases[name], CALIBRATED) for name, answer in answers.items() if answer["kind"] != "none"}
+    rows = np.array([[found.first[1], float(right_first(answers[name], found))] for name, found in views.items()])
+    lines = [
+        f"from {low:.1f}: {n:3d} rigs, {said:.3f}, {right * n:.0f} right" for low, n, said, right in reliability(rows)
+    ]
+    return "\n".join(["first cause of rigs with a main cause, stated probability", *lines])
 
 
 if __name__ == "__main__":

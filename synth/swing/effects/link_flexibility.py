@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from synth.swing.leg_lanes import LegLanes
 
 HUB = 0.1  # share of the link's inertia about its joint that remains at the joint if the coupling bends
-# Least share of that inertia that the part beyond the bend has about its centre of mass, and of the link's mass that it
-# has: what a tenth of a uniform rod has is more than twice that inertia.
+# Least shares that the part beyond the bend has: of that inertia, about its own centre of mass, and of the link's mass.
+# The last tenth of a uniform rod has 2.5 times that inertia.
 LEAST_DISTAL, LEAST_DISTAL_MASS = 1e-4, 0.01
 DAMPING_RATIO = 0.1  # of a bending link where none is given; assumed, of the order of printed plastics
 
@@ -22,10 +22,10 @@ DAMPING_RATIO = 0.1  # of a bending link where none is given; assumed, of the or
 def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_ratio: Array) -> LegLanes:
     """Cut the joint's link at ``place`` (share of its length) and connect the parts by a hinge with a spring.
 
-    Total mass, first moment and inertia remain those of the link. The proximal part is that of a uniform rod with a
-    hub at the joint (and a weight at the link's end), whose masses follow from these three; with a hub of inertia where
-    less than the share ``HUB`` would remain at the joint; less of it where a link's mass is so concentrated that its
-    distal part would have no inertia left.
+    Total mass, first moment and inertia remain those of the link. From these follow the masses of a uniform rod, a hub
+    at the joint and a weight at the end, and the proximal part is the hub with its piece of the rod. It also has a
+    moment of inertia where less than the share ``HUB`` would remain at the joint. It is less where a link's mass is so
+    concentrated that the distal part would have no inertia left.
     """
     length, mass, com, inertia = (getattr(legs, name)[joint] for name in ("length", "mass", "com", "inertia"))
     about_joint = inertia + mass * com**2

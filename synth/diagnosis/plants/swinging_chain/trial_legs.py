@@ -47,7 +47,12 @@ class TrialLegs:
 
     def replaced_links(self, place: Place) -> int:
         """Number of links of the stated structure whose place a cause takes."""
-        return links_of_structures(self.used[0]).get(place, 0)
+        return self._common_links.get(place, 0)
+
+    @cached_property
+    def _common_links(self) -> Mapping[Place, int]:
+        """Links of the structures that the first of the legs states: asked for with every hypothesis."""
+        return links_of_structures(self.used[0])
 
     @property
     def most_links(self) -> int:
