@@ -169,9 +169,8 @@ def test_a_held_leg_is_read_at_its_angles_beside_a_moving_base(read: float) -> N
     assert legs.as_read(held[None])[0] == pytest.approx(rotation, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("read", "controlled"), [PLACES[1], *(pytest.param(*place, marks=pytest.mark.slow) for place in PLACES[::2])]
-)
+@pytest.mark.slow  # two minutes each: flanks this short take short steps, and longer ones leave a second cause
+@pytest.mark.parametrize(("read", "controlled"), PLACES)
 def test_stated_play_is_simulated_and_friction_is_found_beside_it(
     tmp_path: Path, read: float, controlled: float
 ) -> None:
