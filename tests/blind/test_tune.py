@@ -15,6 +15,7 @@ from blind.cases import make_case
 from blind.rig_cases import make_rig
 from blind.views import from_gap
 from blind.writing import write_case
+from synth.diagnosis import cause_findings
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
@@ -50,6 +51,13 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (tune, stated_candidates):
         monkeypatch.setattr(module, "search", once)
+
+
+@pytest.fixture(autouse=True)
+def without_later_doubts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tables are of the search's odds; what single recordings and held-out trials add later is not in them."""
+    for doubt in ("with_further_doubt", "with_doubt_of_held_out"):
+        monkeypatch.setattr(cause_findings, doubt, lambda judged, chance: judged)
 
 
 @pytest.mark.slow  # like the rig's
