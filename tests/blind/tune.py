@@ -1,8 +1,8 @@
 """Basis of the odds: ``python -m blind.tune --seed 1000 --count 120 --to build/blind``; see ``make tune``.
 
 Searches the cases of a seed with open answers, then scores the calibration and the same with one number changed at a
-time. A search takes as long as a diagnosis; finished ones are reused. The doubts that a diagnosis adds where its verdict
-depends on one recording, or fails on held-out trials, are not in these odds.
+time. A search takes as long as a diagnosis; finished ones are reused. The doubts that a diagnosis adds where its
+verdict depends on one recording, or fails on held-out trials, are not in these odds.
 """
 
 from __future__ import annotations
