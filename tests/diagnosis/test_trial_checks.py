@@ -74,7 +74,7 @@ def test_a_joint_that_never_moves_gives_a_warning() -> None:
 def test_a_joint_that_is_always_locked_gives_a_warning() -> None:
     held = [with_angles(trial(f"{k}.csv", 20.0, seed=k), 2, np.full(len(TIME), 2.4)) for k in range(2)]
     said = check_trials(LEG, [replace(one, locked=("ankle",)) for one in held])
-    assert said == (f"{NAMES[2]}: locked in every training trial; nothing is known about this joint",)
+    assert said == (f"{NAMES[2]}: locked in every training trial; its own spring, damper and friction are not seen",)
 
 
 def test_a_locked_joint_that_moves_gives_a_warning() -> None:

@@ -143,7 +143,7 @@ def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]
     for j, name in enumerate(leg.joint_names):
         motions = [joints[j] for joints in seen if j in joints]
         if not motions:
-            found.append(f"{name}: locked in every training trial; nothing is known about this joint")
+            found.append(f"{name}: locked in every training trial; its own spring, damper and friction are not seen")
         elif not any(motion.is_visible for motion in motions):
             most = np.degrees(max(motion.travel for motion in motions))
             found.append(
