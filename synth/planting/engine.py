@@ -19,11 +19,15 @@ from synth.planting.torque_laws import (
     BRISTLES,
     GEAR,
     GEAR_MESH,
+    SAME_TIME,
+    SAMPLED_SERVO,
     SLACK,
     STICK_SLIP,
     STUCK_LAWS,
+    look,
     servo_torque,
     stribeck_torque,
+    winding_torque,
 )
 
 
@@ -43,6 +47,26 @@ def _advance_bristle(z, w, deflection, h):
 
 
 @njit
+def _servo_load(p, table, t, q, w, z):
+    """Torque that the gear of a servo transmits, of a cold winding: friction that a warm one lowers is second order."""
+    if p[4] > 0.0:
+        return abs(winding_torque(table, int(p[2]), int(p[3]), t, w, 0.0, z[int(p[4]) - 1, 1]))
+    return abs(servo_torque(table, int(p[2]), int(p[3]), t, q, w, 0.0))
+
+
+@njit
+def _look_if_due(law, at, par, table, due, t, q, w, z):
+    """Let the servos whose control step is now set the duty that they hold; returns the time of the next step."""
+    soonest = math.inf
+    for k in range(law.shape[0]):
+        if law[k] == SAMPLED_SERVO:
+            if due[k] <= t + SAME_TIME:
+                z[k, 1], due[k] = look(par[k], table, t, q[at[k, 0]], w[at[k, 0]])
+            soonest = min(soonest, due[k])
+    return soonest
+
+
+@njit
 def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0, z, tau, acc, force, load, dz, s):
     """Accelerations and memory rates at one stage, ``dt`` after the start of the step, where the speeds were ``w0``."""
     for i in range(body.shape[0]):
@@ -53,8 +77,8 @@ def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0
         if law[k] == STICK_SLIP:
             tau[i] -= mode[k] * stribeck_torque(w[i], p[0], p[1], p[2], p[3])
         elif law[k] == BEARING or law[k] == GEAR:
-            if law[k] == GEAR:  # a cold winding's torque: friction that a warm one lowers is of second order
-                load[k] = abs(servo_torque(table, int(p[2]), int(p[3]), t, q[i], w[i], 0.0))
+            if law[k] == GEAR:
+                load[k] = _servo_load(p, table, t, q[i], w[i], z)
             tau[i] -= mode[k] * (p[0] * load[k] + p[1])
         elif law[k] == BRISTLES or law[k] == GEAR_MESH:
             mean = 0.5 * (w0[i] + w[i])
@@ -178,7 +202,8 @@ def _advance(
 def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, h, count):
     """Angles and speeds at ``count`` + 1 instants ``h`` s apart; ``mode`` is changed in place.
 
-    A step ends at an event (sticking, slipping, contact), located by the secant method to about h^3.
+    A step ends at an event (sticking, slipping, contact), located by the secant method to about h^3, and where a servo
+    looks.
 
     Parameters
     ----------
@@ -203,17 +228,21 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
     v, m3, s = np.zeros((7, n)), np.zeros((4, m, 2)), np.zeros((n, 15))
     q, w, z = q0.copy(), w0.copy(), z.copy()
     qn, wn, zn = q.copy(), w.copy(), z.copy()
+    due = np.full(m, start)
     for k in range(m):
         if law[k] in STUCK_LAWS:
             i = at[k, 0]
             mode[k] = 0 if w[i] == 0.0 else (1 if w[i] > 0.0 else -1)
             held[i] = fixed[i] or mode[k] == 0
     angle[0], speed[0] = q, w
+    _look_if_due(law, at, par, table, due, start, q, w, z)
     derivative(body, gravity, held, law, at, par, table, mode, start, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
     for step in range(count):
         rest, cuts = h, 0
         while rest > 0.0:
             t = start + (step + 1) * h - rest
+            soonest = _look_if_due(law, at, par, table, due, t, q, w, z)
+            part = soonest - t if soonest < t + rest - SAME_TIME else rest
             derivative(body, gravity, held, law, at, par, table, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
             while _release(law, at, par, mode, held, fixed, tau, force, load):
                 derivative(
@@ -221,9 +250,9 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
                 )
             _advance(
                 body, gravity, held, law, at, par, table, mode,
-                t, rest, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+                t, part, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
             )  # fmt: skip
-            used, first = rest, -1
+            used, first = part, -1
             for k in range(m):
                 if _margin(k, law, at, par, mode, fixed, qn, wn, zn) < 0.0:
                     if cuts > 12:  # chatter: the event is applied at the end of the step
@@ -237,8 +266,8 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
             q[:], w[:], z[:, :] = qn, wn, zn
             if first >= 0:
                 _apply_event(first, law, at, par, mode, held, q, w, z)
-            cuts += 1
-            rest = rest - used if first >= 0 else 0.0
+                cuts += 1
+            rest = rest - used if first >= 0 or part < rest else 0.0
         angle[step + 1], speed[step + 1] = q, w
     return angle, speed
 

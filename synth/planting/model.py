@@ -22,7 +22,9 @@ class PlantedServo(NamedTuple):
     most ``duty_limit``, and ``open_duty`` without control. It gives ``strength`` N m/V, brakes by ``back_emf``
     N m s/rad, and is limited to ``torque_limit`` N m; ``sag`` is the source's resistance over the winding's. The
     command of ``delay`` s ago acts. Under a torque of ``reference`` N m the winding's resistance grows by ``rise`` (a
-    share) in the end, by two thirds of that in ``warming`` s; with a rise of zero it stays.
+    share) in the end, by two thirds of that in ``warming`` s; with a rise of zero it stays. With a ``control_period`` s
+    it looks at the start, at ``first_look`` s and then after each period, and holds its duty in between: one of
+    ``duty_steps`` from 0 to 1 if that is not zero. ``linear`` 1: it interpolates between two commands.
     """
 
     joint: int
@@ -40,6 +42,10 @@ class PlantedServo(NamedTuple):
     reference: float = 0.0
     warming: float = 0.0
     command_rate: float = 0.0  # rad/s at which its own command approaches the given one; 0: at once
+    control_period: float = 0.0
+    first_look: float = 0.0
+    duty_steps: float = 0.0
+    linear: float = 0.0
 
     def with_constants(self, constant: float, resistance: float) -> PlantedServo:
         """With the motor's constants times these factors."""
@@ -67,7 +73,7 @@ class PlantedServo(NamedTuple):
 
 class ServoInputs(NamedTuple):
     """Inputs of a trial's servos: ``time`` (k,) s from the release, ``command`` (k, n) rad on q, held from each to the
-    next; ``supply`` (k, n) V and ``enabled`` (k, n) 1 or 0, linear between.
+    next unless the servo interpolates; ``supply`` (k, n) V and ``enabled`` (k, n) 1 or 0, linear between.
     """
 
     time: Array

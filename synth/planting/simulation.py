@@ -16,6 +16,8 @@ from synth.planting.torque_laws import (
     DRIVE,
     DRIVE_TABLE,
     GEAR,
+    SAME_TIME,
+    SAMPLED_SERVO,
     SERVO,
     SERVO_NUMBERS,
     SLACK,
@@ -24,6 +26,7 @@ from synth.planting.torque_laws import (
 )
 
 SLEW_STEP = 5e-4  # s, of a command that is approached at a limited rate: 0.01 deg at 1 rad/s is a step's largest error
+JUST_BEFORE = 0.01  # of a control period: a command that comes so little after a look counts for it
 
 
 class Assembly(NamedTuple):
@@ -72,7 +75,7 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
         signal = ((1 + gain) * a_, w_, p_, (1 + gain) * b_, v_, r_, offset, delay)
         laws = (*laws, Law(DRIVE, int(joint_driven), signal))
     tables, more = _table_of_trial(truth, trial)
-    laws = (*(_with_gear_friction(law, more) for law in laws), *more)
+    laws = (*(_with_gear_friction(law, more, len(laws)) for law in laws), *more)
     at = np.array([[0 if w.base else joint[w.joint], joint[w.second if w.second >= 0 else w.joint]] for w in laws])
     at = at.reshape(-1, 2).astype(np.int64)
     for k, w in enumerate(laws):
@@ -84,13 +87,16 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
     )
 
 
-def _with_gear_friction(law: Law, more: tuple[Law, ...]) -> Law:
-    """A gear's friction with the place of its servo's numbers in the table."""
+def _with_gear_friction(law: Law, more: tuple[Law, ...], before: int) -> Law:
+    """A gear's friction with the place of its servo's numbers; there are ``before`` laws before ``more``."""
     if law.law != GEAR:
         return law
-    servo = next((each for each in more if each.law == SERVO and each.joint == law.joint), None)
+    for index, servo in enumerate(more):
+        if servo.law in (SERVO, SAMPLED_SERVO) and servo.joint == law.joint:
+            held = before + index + 1 if servo.law == SAMPLED_SERVO else 0
+            return law._replace(par=(*law.par, *servo.par[:2], float(held)))
     # A trial without inputs has no torque to transmit.
-    return law._replace(par=(*law.par, *servo.par)) if servo else law._replace(law=STICK_SLIP, par=(0.0, 0.0, 1.0, 0.0))
+    return law._replace(law=STICK_SLIP, par=(0.0, 0.0, 1.0, 0.0))
 
 
 def _table_of_trial(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
@@ -112,8 +118,11 @@ def _table_of_trial(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law
             count += len(times)
     if trial.inputs is not None:
         for servo in truth.servos():
-            inputs = slewed(trial.inputs, servo) if servo.command_rate > 0.0 else trial.inputs
-            made.append(Law(SERVO, servo.joint, (float(count), float(len(inputs.time)))))
+            inputs = _followed(trial.inputs, servo)
+            law, par = SERVO, [float(count), float(len(inputs.time))]
+            if servo.control_period > 0.0:
+                law, par = SAMPLED_SERVO, [*par, servo.control_period, servo.first_look, servo.duty_steps]
+            made.append(Law(law, servo.joint, tuple(par)))
             rows.append(_servo_table(servo, inputs))
             count += len(rows[-1])
     return np.ascontiguousarray(np.concatenate(rows)), tuple(made)
@@ -127,16 +136,76 @@ def _servo_table(servo: PlantedServo, inputs: ServoInputs) -> Array:
     return np.concatenate([numbers, *(np.column_stack([inputs.time, column]) for column in columns)])
 
 
-def slewed(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
-    """With a command that approaches the given one at a limited rate, in steps of ``SLEW_STEP`` at their middles."""
+def _followed(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
+    """With the command that the servo follows: sampled, interpolated, or approached at a limited rate."""
+    if servo.control_period > 0.0:
+        return _sampled(inputs, servo)
+    if servo.linear or servo.command_rate > 0.0:
+        return _in_small_steps(inputs, servo)
+    return inputs
+
+
+def _in_small_steps(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
+    """With the servo's command in steps of ``SLEW_STEP``, each at the middle of what it goes through in them."""
     time = np.arange(inputs.time[0], inputs.time[-1] + SLEW_STEP, SLEW_STEP)
-    last = np.clip(np.searchsorted(inputs.time, time + 1e-9, side="right") - 1, 0, None)
-    command, most = inputs.command[last].copy(), servo.command_rate * SLEW_STEP
-    now = float(command[0, servo.joint])
-    for k, goal in enumerate(command[:, servo.joint].tolist()):
+    own = np.interp(time + 0.5 * SLEW_STEP, inputs.time, inputs.command[:, servo.joint])
+    if not servo.linear:
+        own = _held_at(inputs, servo.joint, time + SAME_TIME)
+    if servo.command_rate > 0.0:
+        own = _slewed(own, servo.command_rate * SLEW_STEP, 0.5)
+    return _with_command(inputs, servo.joint, time, own)
+
+
+def _sampled(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
+    """With the command that the servo has from each of its looks to the next.
+
+    Its delay counts in control steps. A fraction of one lies between the two commands, and a command that comes
+    ``JUST_BEFORE`` a look or after it counts for that look, as a log's rounded times need it.
+    """
+    period, first = servo.control_period, servo.first_look
+    second = first % period  # a winding's lag may be longer than a period
+    looks = np.r_[0.0, np.arange(second if second > SAME_TIME else period, inputs.time[-1] + period, period)]
+    if servo.linear:
+        own = np.interp(looks - servo.delay, inputs.time, inputs.command[:, servo.joint])
+    else:
+        whole, part = divmod(max(servo.delay - first, 0.0) / period + 1e-6, 1.0)
+        at = looks - first - (whole - JUST_BEFORE) * period
+        new, old = (_held_at(inputs, servo.joint, at - late) for late in (0.0, period))
+        own = new + max(part - 1e-6, 0.0) * (old - new)
+    if servo.command_rate > 0.0:
+        own = _slewed(own, servo.command_rate * period, 1.0)
+    between = inputs.time[np.abs(inputs.time[:, None] - _nearest(looks, inputs.time)).min(axis=1) > SAME_TIME]
+    time = np.union1d(looks, between)
+    last = np.searchsorted(looks, time + SAME_TIME, side="right") - 1
+    return _with_command(inputs, servo.joint, time, own[np.maximum(last, 0)])
+
+
+def _nearest(looks: Array, time: Array) -> Array:
+    """(m, 2) of ``looks``, the ones before and after each ``time`` (m,)."""
+    after = np.clip(np.searchsorted(looks, time), 1, len(looks) - 1)
+    return np.stack([looks[after - 1], looks[after]], axis=1)
+
+
+def _held_at(inputs: ServoInputs, joint: int, time: Array) -> Array:
+    """(m,) rad, a joint's command that is held at ``time`` (m,) s; the first before it."""
+    last = np.clip(np.searchsorted(inputs.time, time, side="right") - 1, 0, None)
+    return np.asarray(inputs.command[last, joint])
+
+
+def _slewed(goals: Array, most: float, shown: float) -> Array:
+    """(m,) rad, a command that comes nearer to each goal by at most ``most``; after the share ``shown`` of each way."""
+    now, own = float(goals[0]), np.empty(len(goals))
+    for k, goal in enumerate(goals.tolist()):
         move = min(max(goal - now, -most), most)
-        command[k, servo.joint] = now + 0.5 * move
+        own[k] = now + shown * move
         now += move
+    return own
+
+
+def _with_command(inputs: ServoInputs, joint: int, time: Array, own: Array) -> ServoInputs:
+    """The inputs at other times (m,) s, with a joint's own command (m,) rad; those of the others are not used."""
+    command = np.zeros((len(time), inputs.command.shape[1]))
+    command[:, joint] = own
 
     def between(values: Array) -> Array:
         return np.stack([np.interp(time, inputs.time, column) for column in values.T], axis=1)

@@ -51,12 +51,15 @@ DRIVE_TABLE = 30  # known torque as recorded; par: gain, offset, delay, first ro
 DAMPER_TABLE = 31
 SERVO = 32  # position servo; par: first row of its numbers in the table, number of samples of its inputs; memory: heat
 SERVO_NUMBERS = 13  # rows of these numbers
+# The same with control steps; par: as before, then period, first step and steps of the duty; memories: heat, held duty.
+SAMPLED_SERVO = 34
 # Dry friction of a servo's gear, true sticking; par: share of the servo's torque, constant part [N m], and those of its
-# servo, which the simulation adds.
+# servo, which the simulation adds: first row, number of samples, and the servo's law + 1 if it has control steps, or 0.
 GEAR = 33
 LOOSE_SPRING = 28  # par: k, x0, share, time constant: rate falls during the trial (clamp slipping)
 
 STUCK_LAWS = (STICK_SLIP, BEARING, GEAR)
+SAME_TIME = 1e-9  # s, rounding of times
 
 
 @njit
@@ -138,6 +141,9 @@ def torque(law, p, table, t, q, w, qj, z0, z1):
     if law == SERVO:
         driven = servo_torque(table, int(p[0]), int(p[1]), t, q, w, z0)
         return driven, 0.0, warming(table, int(p[0]), driven, z0), 0.0
+    if law == SAMPLED_SERVO:
+        driven = winding_torque(table, int(p[0]), int(p[1]), t, w, z0, z1)
+        return driven, 0.0, warming(table, int(p[0]), driven, z0), 0.0
     if law == DAMPER_TABLE:
         return p[0] * w - math.copysign(interpolated(table, int(p[1]), int(p[2]), abs(w), True), w), 0.0, 0.0, 0.0
     return unlisted_torque(law, p, t, q, w, qj)
@@ -158,11 +164,34 @@ def servo_torque(table, first, count, t, q, w, warm):
 
     ``warm`` : growth of its winding's resistance (a share).
     """
-    start = first + SERVO_NUMBERS
-    error = held_row(table, start, count, t - table[first + 9, 0]) - q
+    duty = servo_duty(table, first, count, t - table[first + 9, 0], q, w)
+    return winding_torque(table, first, count, t, w, warm, duty)
+
+
+@njit
+def servo_duty(table, first, count, told, q, w):
+    """Duty that the servo sets for the command held at the time ``told``."""
+    error = held_row(table, first + SERVO_NUMBERS, count, told) - q
     beyond = math.copysign(max(abs(error) - table[first + 2, 0], 0.0), error)
     duty = table[first, 0] * beyond - table[first + 1, 0] * w
-    duty = min(max(duty, -table[first + 3, 0]), table[first + 3, 0]) + table[first + 4, 0]
+    return min(max(duty, -table[first + 3, 0]), table[first + 3, 0]) + table[first + 4, 0]
+
+
+@njit
+def look(p, table, t, q, w):
+    """Duty that a servo with control steps sets at one of them, and the time of the next; ``p`` of its law."""
+    first = int(p[0])
+    duty = servo_duty(table, first, int(p[1]), t + SAME_TIME, q, w)
+    if p[4] > 0.0:
+        most = table[first + 3, 0]
+        duty = min(max(math.floor(duty * p[4] + 0.5) / p[4], -most), most)
+    return duty, p[3] + (math.floor((t - p[3]) / p[2] + 1e-6) + 1.0) * p[2]
+
+
+@njit
+def winding_torque(table, first, count, t, w, warm, duty):
+    """Torque of the servo's motor at a duty."""
+    start = first + SERVO_NUMBERS
     supply = interpolated(table, start + count, count, t, False)
     driven = table[first + 5, 0] * duty * supply - table[first + 6, 0] * w
     driven = driven / (1.0 + warm + table[first + 8, 0] * duty * duty)

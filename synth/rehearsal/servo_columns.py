@@ -39,7 +39,8 @@ class DriveInputs:
                 lag = 0.0 if drive.motor is None else drive.motor.lag
                 supply[:, j] = joint.sign * self._interpolated(joint.name + " voltage", lag)
             else:
-                measured[:, j] = self._held_values(joint.name + " command")
+                column = joint.name + " command"
+                measured[:, j] = self._interpolated(column) if drive.linear_commands else self._held_values(column)
                 told = SUPPLY in self.columns and drive.motor is not None
                 supply[:, j] = self._interpolated(SUPPLY) if told else drive.supply
             if joint.name + " enabled" in self.columns:
@@ -82,8 +83,16 @@ def _drives_off(trial: Trial, leg: Leg) -> list[str]:
 def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:
     """The leg's servos for the generator's engine."""
     drives = ((j, joint.drive) for j, joint in enumerate(leg.joints))
-    return tuple(
-        PlantedServo(j, *drive.numbers[:LAW_NUMBERS])._replace(command_rate=drive.command_rate_limit)
-        for j, drive in drives
-        if isinstance(drive, Servo)
+    return tuple(_planted(j, drive) for j, drive in drives if isinstance(drive, Servo))
+
+
+def _planted(joint: int, drive: Servo) -> PlantedServo:
+    numbers = drive.numbers
+    period, first_look, duty_steps = numbers[LAW_NUMBERS : LAW_NUMBERS + 3]
+    return PlantedServo(joint, *numbers[:LAW_NUMBERS])._replace(
+        command_rate=drive.command_rate_limit,
+        control_period=period,
+        first_look=first_look,
+        duty_steps=duty_steps,
+        linear=float(drive.linear_commands),
     )

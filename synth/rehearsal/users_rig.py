@@ -17,7 +17,6 @@ from synth.diagnosis.check.run import UNEXPLAINED_SHARE
 from synth.diagnosis.low_pass import LowPass
 from synth.diagnosis.plants.swinging_chain.stated_numbers import joints_by_current
 from synth.diagnosis.sensor_noise import estimate_sensor
-from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
 from synth.planting import bodies, engine, torque_laws
@@ -171,13 +170,6 @@ def _refuse_unsupported(leg: OurLeg) -> None:
     text += "that does not support them. Remove them for the rehearsal"
     found = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
     problems = [Problem(text.format(", ".join(effects)), key=name) for name, effects in found if effects]
-    for joint in leg.joints:
-        if isinstance(joint.drive, Servo) and joint.drive.control_period > 0.0:
-            text = "has a servo with a control_period, which the rehearsal's engine does not support: its servos look "
-            problems.append(Problem(text + "all the time. Leave it out for the rehearsal", key=joint.name))
-        if isinstance(joint.drive, Servo) and joint.drive.linear_commands:
-            text = "has a servo with commands: linear, which the rehearsal's engine does not support: its servos hold "
-            problems.append(Problem(text + "each command. Leave it out for the rehearsal", key=joint.name))
     if problems:
         raise UserError(problems)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
-from synth.errors import UserError
 from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import write_leg
 from synth.fit.recordings import recordings
@@ -173,14 +173,48 @@ def test_causes_of_what_a_servo_lacks_are_not_drawn(tmp_path: Path) -> None:
         Field.of(rig, 1, 0).plant(np.random.default_rng(0), PlantingTask("torque_constant", 0, 1, 0))
 
 
-def test_control_steps_and_interpolated_commands_are_refused(tmp_path: Path) -> None:
-    for key, other in {
-        "control_period": {"control_period": 5e-3},
-        "linear": {"linear_commands": True},
-    }.items():
-        unknown = ARM.with_joints(arm={"drive": replace(SERVO, **other)})
-        with pytest.raises(UserError, match=key):
-            users_rig(read_gap_project(written(tmp_path / key, unknown)))
+TIMINGS: dict[str, dict[str, Any]] = {
+    "control steps": {"control_period": 8e-3},
+    "a delay of steps and a fraction, few duties": {"control_period": 6e-3, "delay": 0.0147, "duty_steps": 25.0},
+    "shorter than the winding's lag": {"control_period": 2e-4},
+    "a command's rate, by steps": {"control_period": 7e-3, "command_rate_limit": 2.5},
+    "interpolated": {"linear_commands": True},
+    "interpolated, by steps": {"linear_commands": True, "control_period": 9e-3, "delay": 0.0},
+}
+
+
+@pytest.mark.parametrize("name", TIMINGS)
+def test_looks_and_interpolated_commands_are_those_of_the_other_engine(name: str, tmp_path: Path) -> None:
+    leg = ARM.with_joints(arm={"drive": replace(SERVO, **TIMINGS[name])})
+    project = read_gap_project(written(tmp_path / "mine", leg))
+    rig = users_rig(project)
+    for recording, trial, times in zip(recordings(leg, project.trials, ()), rig.trials, rig.times, strict=True):
+        assert trial.speed is not None
+        ours = simulate(leg, trial.pose, trial.speed, times, signals=recording.signals, tolerance=1e-7)[:, :1]
+        assert recording.signals is not None
+        held = replace(recording.signals, held=(0,))
+        plain = simulate(ARM, trial.pose, trial.speed, times, signals=held)[:, :1]
+        theirs = release(Truth(rig.nominal), trial, 1e-4).at(times)
+        apart = float(np.degrees(np.sqrt(np.mean((ours - theirs) ** 2))))
+        assert apart < 0.005
+        assert apart < 0.05 * float(np.degrees(np.sqrt(np.mean((ours - plain) ** 2))))
+
+
+def test_a_gear_rubs_by_the_torque_that_its_servo_holds(tmp_path: Path) -> None:
+    """Between two looks; one law more before the servo's, so that its place counts."""
+    ours, theirs = CAUSES["gear_friction"]
+    leg = ARM.with_joints(arm={"drive": replace(SERVO, control_period=8e-3)})
+    project = read_gap_project(written(tmp_path / "mine", leg))
+    rig, effective = users_rig(project), leg.with_joints(arm={"effects": {"gear_friction": ours}})
+    laws = (Law(torque_laws.DRAG, 0, (1e-9, 0.0)), *theirs["laws"])
+    for recording, trial, times in zip(recordings(leg, project.trials, ()), rig.trials, rig.times, strict=True):
+        assert trial.speed is not None
+        found, plain = (
+            simulate(each, trial.pose, trial.speed, times, signals=recording.signals)[:, :1]
+            for each in (effective, leg)
+        )
+        planted = release(Truth(rig.nominal, laws=laws), trial, 1e-4).at(times)
+        assert np.sqrt(np.mean((found - planted) ** 2)) < 0.03 * np.sqrt(np.mean((found - plain) ** 2))
 
 
 def test_every_cause_has_a_size_in_its_usual_unit() -> None:
