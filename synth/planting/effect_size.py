@@ -10,8 +10,9 @@ import numpy as np
 
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.explained_gap import PlainFit, PlainModel
-from synth.planting.forms import Form, NotApplicable, Scale, TooSmall
+from synth.planting.forms import Form, Scale
 from synth.planting.model import Array, Truth
+from synth.planting.refusals import NotApplicable, TooSmall
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import ENCODER_COUNTS, SENSOR_NOISES, Setup
 from synth.planting.simulation import Motion, fastest, release

@@ -10,16 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from synth.planting.model import Array, Law, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
-
-
-class NotApplicable(Exception):
-    """The effect cannot act, or cannot be seen, at this joint in these trials."""
-
-
-class TooSmall(NotApplicable):
-    """It acts, but its largest size leaves a smaller gap than asked for."""
 
 
 class Scale(NamedTuple):

@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, NotApplicable, Scale, law_form, log_uniform, spring_rate_of, spring_torque
+from synth.planting.forms import Form, Scale, law_form, log_uniform, spring_rate_of, spring_torque
 from synth.planting.model import Law, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 

@@ -100,6 +100,7 @@ class PlantedLeg:
     rotors: Array | None = None  # (n,) kg m^2, the designed inertia that turns with each joint
     servos: tuple[PlantedServo, ...] = ()
     by_current: tuple[int, ...] = ()
+    laws: tuple[Law, ...] = ()  # effects that the designed leg has
 
     @property
     def n(self) -> int:

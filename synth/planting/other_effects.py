@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting import bodies, torque_laws
-from synth.planting.forms import Form, NotApplicable, Scale, log_uniform, spring_rate_of, spring_torque
+from synth.planting.forms import Form, Scale, log_uniform, spring_rate_of, spring_torque
 from synth.planting.model import Array, Base, Bend, Law, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 

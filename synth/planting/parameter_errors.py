@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.planting.forms import Form, Maker, NotApplicable, Scale, spring_rate_of, spring_torque
+from synth.planting.forms import Form, Maker, Scale, spring_rate_of, spring_torque
 from synth.planting.model import Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 

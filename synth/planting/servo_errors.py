@@ -10,8 +10,9 @@ import math
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, Maker, NotApplicable, Scale, law_form, log_uniform
+from synth.planting.forms import Form, Maker, Scale, law_form, log_uniform
 from synth.planting.model import Law, PlantedServo, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from synth.planting import bodies, engine
 from synth.planting.model import Array, Bend, Law, PlantedLeg, PlantedServo, PlantedTrial, ServoInputs, Truth
+from synth.planting.stated_friction import all_laws
 from synth.planting.torque_laws import (
     BOUC_WEN,
     DAMPER_TABLE,
@@ -68,7 +69,7 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
     fixed = np.zeros(len(rows), dtype=bool)
     fixed[[where[i] for i in trial.locked]] = True
     joint = np.array(where)
-    laws = truth.laws
+    laws = all_laws(leg, truth.laws)
     if trial.drive:
         gain, offset, delay = truth.drive
         joint_driven, a_, w_, p_, b_, v_, r_ = trial.drive

@@ -13,7 +13,7 @@ import math
 from numba import njit
 
 # Dry friction with true sticking: the engine locks the coordinate; par: sliding torque, static torque, Stribeck speed,
-# shape (0: 1 / (1 + (w/ws)^2), 1: exp(-|w|/ws)).
+# shape (0: 1 / (1 + (w/ws)^2), 1: exp(-|w|/ws), 2: exp(-(w/ws)^2)).
 STICK_SLIP = 1
 # LuGre bristles (Canudas de Wit et al., IEEE TAC 40, 1995); par: as above, bristle deflection [rad], micro-damping.
 BRISTLES = 2
@@ -68,7 +68,7 @@ def stribeck_torque(w, weak, strong, speed, shape):
     if strong == weak:
         return weak
     r = abs(w) / speed
-    share = math.exp(-r) if shape > 0.5 else 1.0 / (1.0 + r * r)
+    share = 1.0 / (1.0 + r * r) if shape < 0.5 else math.exp(-r) if shape < 1.5 else math.exp(-r * r)
     return weak + (strong - weak) * share
 
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting import torque_laws
-from synth.planting.forms import Form, Maker, NotApplicable, Scale, law_form, spring_torque
+from synth.planting.forms import Form, Maker, Scale, law_form, spring_torque
 from synth.planting.model import Law, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 

@@ -18,7 +18,7 @@ import numpy as np
 
 import synth
 from synth.files.output import output_folder, write_json
-from synth.planting.forms import NotApplicable, TooSmall
+from synth.planting.refusals import NotApplicable, TooSmall
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, explanations_of, named_causes
 from synth.rehearsal.plants import Field, Planted, PlantingTask

@@ -13,9 +13,10 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
-from synth.planting.forms import Form, Maker, NotApplicable, Scale
+from synth.planting.forms import Form, Maker, Scale
 from synth.planting.model import PlantedLeg
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
+from synth.planting.refusals import NotApplicable
 from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.setup import Setup
 from synth.planting.unlisted_effects import EFFECTS_ON_ALL_CHANNELS, UNLISTED_EFFECTS

@@ -17,13 +17,14 @@ from synth.diagnosis.check.run import UNEXPLAINED_SHARE
 from synth.diagnosis.low_pass import LowPass
 from synth.diagnosis.plants.swinging_chain.stated_numbers import joints_by_current
 from synth.diagnosis.sensor_noise import estimate_sensor
-from synth.errors import Problem, UserError
+from synth.errors import UserError
 from synth.fit.recordings import Recording, recordings
 from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
 from synth.planting.simulation import fastest, release
 from synth.rehearsal.servo_columns import DriveInputs, drive_inputs, planted_servos
+from synth.rehearsal.stated_laws import stated_laws
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.leg_model import Leg as OurLeg
@@ -120,7 +121,6 @@ def users_rig(project: GapProject) -> Rig:
     UserError : the generator's engine has no equations for the leg, or there is no trial to score.
     """
     leg = project.leg
-    _refuse_unsupported(leg)
     kept = [trial for trial in project.trials if trial.leg is None]
     left_out = [f"{t.name}: has its own leg, which a rehearsal does not support" for t in project.trials if t.leg]
     if all(trial.held_out for trial in kept):
@@ -165,15 +165,6 @@ def _servo_inputs(project: GapProject, trial: Trial, recording: Recording) -> Dr
     return drive_inputs(project.path.parent, trial, project.leg, start)
 
 
-def _refuse_unsupported(leg: OurLeg) -> None:
-    text = "the leg file gives it effects ({}); a rehearsal plants causes in the designed leg with a separate engine "
-    text += "that does not support them. Remove them for the rehearsal"
-    found = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
-    problems = [Problem(text.format(", ".join(effects)), key=name) for name, effects in found if effects]
-    if problems:
-        raise UserError(problems)
-
-
 def _nominal_leg(leg: OurLeg, fastest_seen: Array, by_current: Sequence[int]) -> PlantedLeg:
     """The generator's leg, with rows in the order of ``planting.model.ROWS``."""
     rates, curves = [], []
@@ -198,7 +189,7 @@ def _nominal_leg(leg: OurLeg, fastest_seen: Array, by_current: Sequence[int]) ->
     if servos or by_current:
         values = np.vstack([values, np.ones((len(MOTOR_PARAMETERS), len(leg.joints)))])
     own = leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity
-    return PlantedLeg(*own, tuple(curves), leg.armature, servos, tuple(by_current))
+    return PlantedLeg(*own, tuple(curves), leg.armature, servos, tuple(by_current), stated_laws(leg))
 
 
 def _damper_rate_and_curve(joint: Joint, speed: float) -> tuple[float, Array | None]:

@@ -12,8 +12,8 @@ from blind import legs
 from blind.legs import Wish
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
-from synth.planting.forms import NotApplicable
 from synth.planting.model import Array, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import SENSOR_NOISES, Setup
 from synth.planting.unlisted_effects import EFFECTS_ON_ALL_CHANNELS, UNLISTED_EFFECTS

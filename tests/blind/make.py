@@ -20,7 +20,7 @@ from blind.asked import Asked
 from blind.cases import KINDS, make_case
 from blind.writing import folder_name, write_case
 from synth.planting.effect_makers import EFFECTS
-from synth.planting.forms import NotApplicable
+from synth.planting.refusals import NotApplicable
 from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 
 MIX = {"single": 0.60, "none": 0.12, "two": 0.10, "unknown": 0.10, "tie": 0.08}

@@ -19,9 +19,10 @@ from blind.legs import Wish
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
 from synth.planting.explained_gap import PlainFit
-from synth.planting.forms import Form, Maker, NotApplicable
+from synth.planting.forms import Form, Maker
 from synth.planting.model import PARAMETERS, Array, Truth
 from synth.planting.parameter_errors import PARAMETER_ERRORS, TORQUE_ERRORS
+from synth.planting.refusals import NotApplicable
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import DEFAULT_TOLERANCE, Setup
 from synth.planting.simulation import Motion

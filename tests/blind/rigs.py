@@ -23,7 +23,7 @@ from blind.rig_score import main_keys, right, scores
 from blind.score import Answer, Score
 from blind.views import View, read_views
 from blind.writing import folder_name, write_case
-from synth.planting.forms import NotApplicable
+from synth.planting.refusals import NotApplicable
 from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 
 # Seed, (number, kind, effect) and the folder of cases -> the name of the case that it wrote, and its answer.

@@ -26,7 +26,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import read_gap_project
 from synth.planting.effect_makers import EFFECTS
 from synth.planting.effect_size import PlainMotion, PlantedCause, combined
-from synth.planting.forms import NotApplicable
+from synth.planting.refusals import NotApplicable
 
 NOISE, COUNTS = 3e-5, 2**17  # rad and a turn: a floor of .002 deg, as fine as real rigs have
 FLOORS = 60.0  # of the gap that is planted

@@ -444,9 +444,9 @@ def test_every_cause_that_can_act_is_rehearsed(rig: Rig) -> None:
     assert not [key for key in found if key[0].startswith("torque_")]
 
 
-def test_a_leg_with_effects_is_refused() -> None:
-    rubbing = TWO.with_joints(knee={"effects": {"coulomb_friction": {"torque": 0.1}}})
-    with pytest.raises(UserError, match="the leg file gives it effects"):
+def test_a_leg_with_an_effect_of_another_form_is_refused() -> None:
+    rubbing = TWO.with_joints(knee={"effects": {"backlash": {"play": 0.02}}})
+    with pytest.raises(UserError, match=r"knee: the leg file gives it backlash; .* it has coulomb_friction"):
         users_rig(project(rubbing, recorded(TWO)))
 
 

@@ -16,8 +16,8 @@ from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import write_leg
 from synth.fit.recordings import recordings
 from synth.planting import torque_laws
-from synth.planting.forms import NotApplicable
 from synth.planting.model import Law, PlantedServo, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.servo_errors import SERVO_ERRORS
 from synth.planting.simulation import release
 from synth.rehearsal import sizes

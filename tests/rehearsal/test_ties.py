@@ -11,7 +11,7 @@ import pytest
 from diagnosis.simulated_releases import TWO, recorded
 from rehearsal.test_rehearsal import outcome, project
 from synth.commands.gap_rehearse import rehearsal_text
-from synth.planting.forms import NotApplicable, TooSmall
+from synth.planting.refusals import NotApplicable, TooSmall
 from synth.rehearsal.one_case import _reason
 from synth.rehearsal.outcome import CaseOutcome
 from synth.rehearsal.rehearsal_result import RehearsalResult
