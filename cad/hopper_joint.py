@@ -11,6 +11,7 @@ curvature, is at most ``strain``. The inner layer is cut back so that its edges 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -154,6 +155,21 @@ def layers(dimensions: HopperDimensions) -> tuple[Layer, ...]:
     )
 
 
+def _cut_note(marks: Sequence[tuple[str, float, float]], length: float, sheet: float) -> str:
+    """Where to cut a strip that is longer than the sheet (mm): at the fewest hinges, ``marks`` as of ``hinges``."""
+    text = f"the strip is {length:.0f} mm long, the sheet {sheet:.0f} mm: "
+    begin, cuts = 0.0, list[str]()
+    while length - begin > sheet:
+        reached = [(name, x) for name, x, _ in marks if begin < x <= begin + sheet]
+        if not reached:
+            beyond = min(x for _, x, _ in marks if x > begin)
+            return f"{text}the link from {begin:.0f} to {beyond:.0f} mm does not fit either; use a larger sheet"
+        name, begin = reached[-1]
+        cuts.append(f"{name} ({begin:.0f} mm)")
+    pieces = f"cut it in {len(cuts) + 1} pieces at the hinge{'s' if len(cuts) > 1 else ''} of {' and '.join(cuts)}"
+    return f"{text}{pieces} and join the film there"
+
+
 def mount(dimensions: HopperDimensions) -> Any:
     """The body between the hips: two motor pockets with shafts ``hip_spacing`` apart, and walls."""
     import cadquery as cq
@@ -279,10 +295,7 @@ def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
     length = made[0].plates[-1][1]
     notes = [hip_note(dimensions)]
     if length > dimensions.sheet:
-        notes.append(
-            f"the strip is {length:.0f} mm long, the sheet {dimensions.sheet:.0f} mm: cut it in two at the foot's "
-            "hinge and join the film there"
-        )
+        notes.append(_cut_note(hinges(dimensions), length, dimensions.sheet))
     notes += _strain_notes(dimensions)
     three = hinges(dimensions)[:3]
     gaps = {f"{name}_hinge_gap": dimensions.hinge_gap(fold) for name, _, fold in three}

@@ -183,7 +183,10 @@ def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckRe
         room = " x ".join(f"{size:g}" for size in printing.bed)
         text = f"{long:.1f} x {wide:.1f} x {high:.1f} mm with {plan.up} up, bed {room} mm"
         text += "; use a smaller spring or plate, or a larger printing.bed"
-        results.append(CheckResult("print: bed", part.name, plan.fits, max(plan.size), max(printing.bed), "mm", text))
+        room_each = (*sorted(printing.bed[:2], reverse=True), printing.bed[2])
+        tight = max(range(3), key=lambda k: plan.size[k] / room_each[k])
+        value, limit = plan.size[tight], room_each[tight]
+        results.append(CheckResult("print: bed", part.name, plan.fits, value, limit, "mm", text))
         text = f"of the surface ({plan.overhang:.0f} mm^2) needs support with {plan.up} up"
         results.append(check_at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))
     layers = {plan.part: WAYS_UP[plan.up] for plan in plans}

@@ -124,14 +124,17 @@ def _borne(coil: _Coil, task: SpringTask, used: float) -> _Borne:
     sizes = (coil.wire_diameter, coil.mean_diameter, coil.body_coils)
     load = WireLoad(used, *sizes, None if task.free_arm is None else task.free_arm(*sizes))
     winding, opening = load.ratios(task.travel), load.ratios(-task.opening_travel)
+    lever = arms.lever_of(task.convention, task.leg_lengths, coil.mean_diameter)
     return _Borne(
         load.arm,
         (winding, opening),
         load.stress(task.travel, winding),
         load.stress(-task.opening_travel, opening),
         (
-            arms.arm_stress(used * task.travel * winding.arms, coil.wire_diameter, task.convention, bend),
-            arms.arm_stress(used * task.opening_travel * opening.arms, coil.wire_diameter, task.convention, bend),
+            arms.arm_stress(used * task.travel * winding.arms, coil.wire_diameter, task.convention, bend, lever),
+            arms.arm_stress(
+                used * task.opening_travel * opening.arms, coil.wire_diameter, task.convention, bend, lever
+            ),
         ),
         used * max(task.travel * winding.coil, task.opening_travel * opening.coil),
     )
@@ -156,7 +159,7 @@ class _LoadedCoil:
 
 def _load_coil(material: WireMaterial, coil: _Coil, task: SpringTask, stated_rate: float | None) -> _LoadedCoil:
     wire = material.properties(coil.wire_diameter)
-    active = active_coils(coil.body_coils, coil.mean_diameter, task.leg_lengths)
+    active = active_coils(coil.body_coils, coil.mean_diameter, task.leg_lengths, task.convention)
     sizes = (coil.wire_diameter, coil.mean_diameter, active)
     forms = {form: rate(wire.elastic_modulus, *sizes, form) for form in RATE_FORMULA}
     used = forms[task.rate_form] * task.calibration.rate if stated_rate is None else stated_rate
@@ -302,7 +305,8 @@ def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float
 def _in_bend(design: SpringDesign, peak: PeakRatios) -> float:
     """Stress in the bend of an arm per angle, Pa/rad."""
     assert design.bend_radius is not None
-    return arms.arm_stress(design.rate * peak.arms, design.wire_diameter, design.convention, design.bend_radius)
+    lever = arms.lever_of(design.convention, design.leg_lengths, design.mean_diameter)
+    return arms.arm_stress(design.rate * peak.arms, design.wire_diameter, design.convention, design.bend_radius, lever)
 
 
 def _borne_travel(design: SpringDesign, repeated: float, factor: float, per_angle: tuple[float, float]) -> float:

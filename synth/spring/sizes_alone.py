@@ -37,7 +37,7 @@ def surely_broken(material: WireMaterial, sizes: tuple[float, float, float], tas
     """
     d, mean, coils = sizes
     wire, limits, more = material.properties(d), task.limits, 1.0 + SLACK
-    active = active_coils(coils, mean, task.leg_lengths)
+    active = active_coils(coils, mean, task.leg_lengths, task.convention)
     used = rate(wire.elastic_modulus * task.calibration.rate, d, mean, active, task.rate_form)
     least = 1.0 if task.free_arm is None else LEAST_RATIO
     moment = used * max(task.travel, task.opening_travel) * least
@@ -67,11 +67,13 @@ def may_bear(wanted: float, task: SpringTask, material: WireMaterial, wire_diame
 def least_mass(wanted: float, task: SpringTask, material: WireMaterial, wire_diameter: float) -> float:
     """Lower bound (kg) on the mass of the springs of this wire (m) with the rate ``wanted`` (N m/rad): without pitch.
 
-    The product of mean diameter and coils is the same for all of them (``coil_rate.mean_diameter_for``).
+    With tangent arms the product of mean diameter and coils is the same for all of them. Of others the bound is that of
+    arms without the coil, which the rate may leave next to nothing.
     """
     wire = material.properties(wire_diameter)
     product = coil_product(wire.elastic_modulus * task.calibration.rate, wire_diameter, wanted, task.rate_form)
-    length = math.pi * mean_diameter_for(product, 1.0, task.leg_lengths) + sum(task.leg_lengths)
+    coil = mean_diameter_for(product, 1.0, task.leg_lengths) if task.convention == "tangent" else 0.0
+    length = math.pi * coil + sum(task.leg_lengths)
     return space.wire_mass(wire.density, wire_diameter, max(length, 0.0)) * (1.0 - ROUNDED)
 
 

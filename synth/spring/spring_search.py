@@ -185,19 +185,25 @@ def _sizes_of(wire: float, wish: SpringRequirements, material: WireMaterial) -> 
     fraction = coil_fraction(wish.included_angle, wish.convention)
     modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
     product = coil_product(modulus, wire, wish.rate, wish.rate_form)
-    for whole in _whole_coils(mean_diameter_for(product, 1.0, wish.leg_lengths) / wire, limits):
+    # Other arms than tangent ones take a share of the product that depends on the coil: from none on.
+    tangent = wish.convention == "tangent"
+    most = mean_diameter_for(product, 1.0, wish.leg_lengths) if tangent else product
+    for whole in _whole_coils(most / wire, limits, from_first=not tangent):
         coils = whole + fraction
         if not limits.min_coils <= coils <= limits.max_coils:
             continue
-        mean = mean_diameter_for(product, coils, wish.leg_lengths)
+        mean = mean_diameter_for(product, coils, wish.leg_lengths, wish.convention)
         if limits.index_range[0] <= mean / wire <= limits.index_range[1]:
             yield wire, mean, coils
 
 
-def _whole_coils(product: float, limits: SpringLimits) -> range:
-    """Whole coils to try where spring index times coils is ``product``: all of an allowed index, and some more."""
+def _whole_coils(product: float, limits: SpringLimits, *, from_first: bool = False) -> range:
+    """Whole coils to try where spring index times coils is ``product``: all of an allowed index, and some more.
+
+    ``from_first`` : that product is the largest, and there may be fewer coils.
+    """
     low, high = (product / index if index > 0.0 else math.inf for index in limits.index_range[::-1])
-    first = max(0.0, low - 2.0)  # a fraction of a coil is added to each; one more for rounding
+    first = 0.0 if from_first else max(0.0, low - 2.0)  # a fraction of a coil is added to each; one more for rounding
     return range(math.floor(first), math.floor(max(first, min(limits.max_coils, high + 1.0))) + 1)
 
 

@@ -104,13 +104,14 @@ def _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, K): 
         any_active, any_load = modes
         if known[1].shape[1] > n:
             cursor = driven_steps.put_signals(flat, n, known, t, cursor)
+        cursor = driven_steps.put_known_torque(flat, n, known, t, cursor)
         if any_active:
             extra(flat, n, active[0])
-        cursor = driven_steps.add_known_torque(flat, n, any_active, known, t, cursor)
+        driven_steps.add_known_torque(flat, n, any_active, known)
         if any_load:
             bearing(flat)
             extra(flat, n, active[1])
-            cursor = driven_steps.add_known_torque(flat, n, any_active, known, t, cursor)
+            driven_steps.add_known_torque(flat, n, any_active, known)
             again(flat)
         else:
             chain(flat)

@@ -227,7 +227,7 @@ def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
     put = [
         f"            {free.format(at('supply'))}",
         f"            value = limited(free, {at('enabled')}, {at('servo_torque_limit')})",
-        f"            {at('drive_torque')} = value",
+        f"            {at('drive_torque')} = {at('known_torque')} + value",
         f"            {at('extra_torque')} += value",
     ]
     held = f"            duty = {at('held_duty')} if {at('servo_period')} > 0.0 else duty"

@@ -17,10 +17,13 @@ from synth.drives.servo_law import servo_duty
 from synth.swing.lane_layout import LANES, MOST_LINKS, Layout
 
 # First indices of these blocks in the workspace, the same for every number of links.
-TORQUE, GAIN, OFFSET, DELAY, LATE, SIGNALS = (
+TORQUE, GAIN, OFFSET, DELAY, LATE, SIGNALS, KNOWN, DRIVE = (
     Layout(1).row(block) * LANES
-    for block in ("extra_torque", "torque_gain", "torque_offset", "torque_delay", "servo_delay", "command")
-)
+    for block in (
+        "extra_torque", "torque_gain", "torque_offset", "torque_delay", "servo_delay", "command", "known_torque",
+        "drive_torque",
+    )
+)  # fmt: skip
 ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD, NEXT = (
     Layout(1).row(block) * LANES
     for block in (
@@ -94,11 +97,12 @@ def put_signals(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
 
 
 @njit(**_called)
-def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
-    """Add the known torque, interpolated linearly, with each lane's gain and offset; returns the new cursor.
+def put_known_torque(Z, n, known, t, cursor):  # type: ignore[no-untyped-def]
+    """Write the known torque, interpolated linearly, with each lane's gain and offset; returns the new cursor.
 
-    Beyond its samples it is constant. ``known`` contains the delay common to all lanes. A lane's row contains its
-    difference from that; lanes with a difference are interpolated one by one.
+    It is a drive's torque too, by which a gear may rub. Beyond its samples it is constant. ``known`` contains the delay
+    common to all lanes. A lane's row contains its difference from that; lanes with a difference are interpolated one by
+    one.
     """
     times, torques, _ = known
     if len(times) > 1:
@@ -112,15 +116,24 @@ def add_known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-unt
             apart = 0.0
             for lane in range(LANES):
                 e = j * LANES + lane
-                here = (1.0 + Z[GAIN + e]) * torque + Z[OFFSET + e]
-                Z[TORQUE + e] = (Z[TORQUE + e] if any_active else 0.0) + here
+                Z[KNOWN + e] = (1.0 + Z[GAIN + e]) * torque + Z[OFFSET + e]
                 apart = max(apart, abs(Z[DELAY + e]))
             if apart > 0.0:
                 for lane in range(LANES):
                     e = j * LANES + lane
                     shifted = _torque_at(times, torques, j, t - Z[DELAY + e], cursor)
-                    Z[TORQUE + e] += (1.0 + Z[GAIN + e]) * (shifted - torque)
+                    Z[KNOWN + e] += (1.0 + Z[GAIN + e]) * (shifted - torque)
+            for e in range(j * LANES, (j + 1) * LANES):
+                Z[DRIVE + e] = Z[KNOWN + e]
     return cursor
+
+
+@njit(**_called)
+def add_known_torque(Z, n, any_active, known):  # type: ignore[no-untyped-def]
+    """Add what ``put_known_torque`` wrote to the other torques, if there are ``any_active``."""
+    if len(known[0]) > 1:
+        for e in range(n * LANES):
+            Z[TORQUE + e] = (Z[TORQUE + e] if any_active else 0.0) + Z[KNOWN + e]
 
 
 @njit(inline="always", **_called)

@@ -51,7 +51,8 @@ _ONE_A_JOINT = (
     *SIGNALS,
     "controlled_beyond",  # 1: the servo's encoder sits behind a gear's play, and reads the next hinge too; else 0
     "sine", "cosine",  # of the link's angle from straight down, see ``chain_source.link_directions``
-    "drive_torque",  # of the servo, on q
+    "known_torque",  # recorded, with the lane's errors, on q
+    "drive_torque",  # of the servo, or known, on q
     "duty",  # of a servo on a common source
     # Of a servo whose command's rate is limited: its limited command when it last changed course, when that was, the
     # command that it approaches; the line by which it counts until it changes course again, its start (rad) and slope

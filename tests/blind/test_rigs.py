@@ -126,7 +126,16 @@ def test_the_generator_shares_nothing_with_the_library_but_names() -> None:
         foreign = [m for m in imported if m.startswith("synth") and not m.startswith("synth.planting")]
         assert not foreign
     # Of servos and motors the generator has no equations.
-    driven = {"servo", "held commands", "motor", "stated supply", "shared supply", "time to warm", "driven rotor"}
+    driven = {
+        "servo",
+        "held commands",
+        "motor",
+        "stated supply",
+        "shared supply",
+        "time to warm",
+        "driven rotor",
+        "recorded current",
+    }
     mine = [effect for effect in registered() if effect.module.startswith("synth.swing")]
     of_swings = {effect.name for effect in mine if not driven & {*effect.needs}}
     assert set(LIBRARY) == of_swings - {"encoder_quantisation"}

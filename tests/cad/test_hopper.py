@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +12,18 @@ import cadquery as cq
 import ezdxf
 import pytest
 
-from synth.cad.hopper_joint import HopperDimensions, HopperParts, assembly, export_hopper, hinges, hub, layers, mount
+from synth.cad.hopper_joint import (
+    TAB,
+    HopperDimensions,
+    HopperParts,
+    _cut_note,
+    assembly,
+    export_hopper,
+    hinges,
+    hub,
+    layers,
+    mount,
+)
 from synth.cad.limits import DimensionError
 
 LEG = HopperDimensions(
@@ -141,7 +153,19 @@ def test_impossible_laminate_dimensions_are_named(change: dict[str, float], dime
 
 
 def test_a_strip_longer_than_the_sheet_gives_a_note(tmp_path: Path) -> None:
-    assert any("cut it in two" in note for note in export_hopper(replace(LEG, sheet=300.0), tmp_path).notes)
+    assert any("cut it in 2 pieces" in note for note in export_hopper(replace(LEG, sheet=300.0), tmp_path).notes)
+
+
+def test_every_piece_of_a_cut_strip_fits_the_sheet() -> None:
+    marks = hinges(replace(LEG, upper=200.0, lower=200.0))
+    end = marks[-1][1] + TAB
+    assert _cut_note(marks, end, 414.0).endswith(
+        "cut it in 2 pieces at the hinge of foot (414 mm) and join the film there"
+    )
+    found = re.findall(r"\((\d+) mm\)", _cut_note(marks, end, 300.0))
+    edges = [0.0, *map(float, found), end]
+    assert max(b - a for a, b in pairwise(edges)) <= 300.0
+    assert "does not fit either; use a larger sheet" in _cut_note(marks, end, 150.0)
 
 
 def test_film_strain_stays_within_its_limit() -> None:

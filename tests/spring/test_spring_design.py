@@ -42,7 +42,7 @@ def catalogue() -> Catalogue:
 
 def _re_evaluated(design: SpringDesign) -> float:
     """Rate of a finished spring from its dimensions alone."""
-    active = active_coils(design.body_coils, design.mean_diameter, design.leg_lengths)
+    active = active_coils(design.body_coils, design.mean_diameter, design.leg_lengths, design.convention)
     return rate(design.elastic_modulus, design.wire_diameter, design.mean_diameter, active)
 
 
@@ -390,7 +390,7 @@ def test_no_number_of_coils_is_left_out(monkeypatch, catalogue, rate, leg):
     wish = SpringRequirements(rate, math.radians(40.0), math.radians(60.0), leg_lengths=(leg, leg))
     music = catalogue.find_material("music")
     found = list(candidates(wish, music))
-    monkeypatch.setattr(spring_search, "_whole_coils", lambda product, limits: range(int(limits.max_coils) + 1))
+    monkeypatch.setattr(spring_search, "_whole_coils", lambda product, limits, **_: range(int(limits.max_coils) + 1))
     assert found == list(candidates(wish, music))
     assert found or leg == 0.3
 

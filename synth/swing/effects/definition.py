@@ -44,6 +44,7 @@ Way = Literal["torque", "leg", "drive", "reading", "structure"]
 Need = Literal[
     "spring", "no spring", "damper", "armature", "no armature", "torque", "servo", "held commands", "motor",
     "stated supply", "shared supply", "time to warm", "driven rotor",
+    "recorded current",
 ]  # fmt: skip
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",

@@ -50,7 +50,7 @@ EFFECT = Effect(
     kin="bristle",
     bristle="presliding",
     uses_drive="as it is",
-    needs=("servo", "motor"),
+    needs=("servo", "motor", "recorded current"),
     parameters=(
         # At the torque that logs hold, a fifth of the natural one, no larger than the part that grows with it: else it
         # is dry friction with some load's part. At the natural torque, a stall, dry friction once passed for this.

@@ -14,7 +14,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
-from synth.drives.servo import Servo, fed_together
+from synth.drives.servo import Servo, TorqueDrive, fed_together
 from synth.estimation.parameters import Parameter, Shape
 from synth.pace import paces
 from synth.swing.damper_curves import torque_at
@@ -327,6 +327,7 @@ def _properties_of_joint(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> 
     moved = drive is not None or "torque" in found
     if moved and leg.joints[joint].with_whole_rotor > 0.0 and found.isdisjoint({"spring", "damper"}):
         found.add("driven rotor")
+    found |= {"recorded current"} if isinstance(drive, TorqueDrive) and "torque" in found else set()
     if isinstance(drive, Servo):
         found |= {"servo"} if drive.gain else set()
         found |= {"held commands"} if drive.gain and not drive.linear_commands else set()
