@@ -86,6 +86,8 @@ def mean_diameter_for(
         least = (8.0 * sum(length**3 for length in leg_lengths) / (3.0 * math.pi * body_coils)) ** (1.0 / 3.0)
     if least >= widest or excess(least or widest * TINY) > 0.0:
         return 0.0
+    if excess(widest) <= 0.0:  # legs whose part is below rounding
+        return widest
     return float(brentq(excess, least or widest * TINY, widest, xtol=1e-15))
 
 

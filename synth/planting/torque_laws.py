@@ -68,10 +68,7 @@ def stribeck_torque(w, weak, strong, speed, shape):
     if strong == weak:
         return weak
     r = abs(w) / speed
-    if shape == 0.0:
-        share = 1.0 / (1.0 + r * r)
-    else:
-        share = math.exp(-(r if shape == 1.0 else r * r))
+    share = 1.0 / (1.0 + r * r) if shape == 0.0 else math.exp(-(r if shape == 1.0 else r * r))
     return weak + (strong - weak) * share
 
 
