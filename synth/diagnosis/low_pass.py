@@ -38,6 +38,8 @@ LEAST_POWER = 1e-24  # rad^2, far below any rounding
 MEDIAN_WEIGHT = 0.7  # of a mean of as many spectra: what their median tells
 ALIKE = 0.8  # of the noise, that of neighbours from which it counts as independent: as two sensors of one kind are
 LAST_EDGE = 0.48  # of the sampling rate, highest cutoff that is tried: half of the rate passes all
+WINDOW_IN_FILTERS, LEAST_WINDOW = 4, 8  # readings in which noise behind a filter is looked for, in filter lengths
+QUIETEST, LEAST_OF_NOISE = 0.1, 0.2  # quantile of such windows; share of the noise that they must show
 ROUNDS = 40  # of the scaling of two levels, which converges within some tens
 
 
@@ -138,8 +140,29 @@ def filtered_noise(recordings: Sequence[Recording], joint: int, step: float) -> 
         if edge or fits.likelihood[best] - white.likelihood[0] < LEAST_GAIN:
             return None
         gain = which.response(np.linspace(0.0, 0.5, 2001))
-        return FilteredNoise(which, float(np.sqrt(fits.level[best] * np.mean(gain**2))))
+        noise = float(np.sqrt(fits.level[best] * np.mean(gain**2)))
+        return FilteredNoise(which, noise) if _is_everywhere(recordings, joint, which, noise) else None
     return None
+
+
+def _is_everywhere(recordings: Sequence[Recording], joint: int, which: LowPass, noise: float) -> bool:
+    """Whether the quietest readings have that noise (rad) too: where a leg rests the motion ends, and noise does not.
+
+    The spectrum of a servo's steps, of a leg that rests in between, is that of noise behind a slow filter. Noise behind
+    it has some six independent readings in a window, less a line: of such windows a tenth is below half of the noise.
+    """
+    window = which.points if which.points else round(1.0 / which.cutoff)
+    window = max(WINDOW_IN_FILTERS * window, LEAST_WINDOW)
+    line = np.vander(np.linspace(-1.0, 1.0, window), 2)
+    found = []
+    for recording in recordings:
+        if joint in recording.free:
+            for part in _even_stretches(recording, joint):
+                pieces = np.array([part[k : k + window] for k in range(0, len(part) - window + 1, window // 2)])
+                if len(pieces):
+                    rest = pieces.T - line @ np.linalg.lstsq(line, pieces.T, rcond=None)[0]
+                    found += np.sqrt(np.mean(rest**2, axis=0)).tolist()
+    return not found or float(np.quantile(found, QUIETEST)) > LEAST_OF_NOISE * noise
 
 
 def filter_with_ratio(ratio: float, order: int) -> LowPass | None:

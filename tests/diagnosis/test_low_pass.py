@@ -14,6 +14,7 @@ from synth.arrays import Array
 from synth.diagnosis.check.channels import _filtered_findings
 from synth.diagnosis.low_pass import LowPass, filter_with_ratio, filtered_noise
 from synth.diagnosis.sensor_noise import AngleSensor, estimate_sensor
+from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording, recordings
 from synth.noise import difference_scale
 from synth.swing.leg_model import Leg
@@ -120,3 +121,19 @@ def test_a_slight_filter_is_noted_too() -> None:
     (note,) = _filtered_findings("knee", 0, sensor)
     assert "a mean of 3 readings" in note.text
     assert _filtered_findings("knee", 0, replace(sensor, by_spectrum=())) == []
+
+
+def test_steps_between_rests_are_no_filtered_noise() -> None:
+    """The spectrum of a servo's log of steps is that of noise behind a slow filter: 10 deg were told, for 0.006."""
+    time, noise, rng = np.arange(0.0, 20.0, 0.02), np.radians(0.006), np.random.default_rng(4)
+    made = []
+    for number in range(3):
+        angles, told = np.zeros((len(time), 2)), np.r_[0.0, rng.uniform(-1.2, 1.2, 7)]
+        for start, size in zip(np.arange(0.0, 20.0, 2.5), np.diff(told, prepend=0.0), strict=True):
+            since = np.maximum(time - start, 0.0)
+            settled = 1.0 - np.exp(-5.0 * since) * (np.cos(17.0 * since) + 5.0 / 17.0 * np.sin(17.0 * since))
+            angles += size * settled[:, None]
+        made.append(Trial(f"{number}.csv", time, angles + noise * rng.standard_normal(angles.shape)))
+    sensor = estimate_sensor(list(recordings(TWO, made, ())))
+    assert sensor.noise == pytest.approx(noise, rel=0.2)
+    assert sensor.by_spectrum == ()
