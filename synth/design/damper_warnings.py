@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from math import degrees
 
+import numpy as np
+
 from synth.design.choose_dampers import DamperOption, MeasuredCurve
 from synth.files.project_options import DamperChoice
-from synth.parts.damper_law import TABLE
+from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, TABLE
 from synth.parts.part_candidates import damper_limits
 from synth.parts.rows import RPM, DamperRow
 from synth.remarks import Remark, decisive, noted, unlike
-from synth.swing.damper_curves import thinning_error
+from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import DamperCurve
 
 SLOWER = "Ask the vendor whether it bears that speed, turn it slower (ratios below 1), or choose a damper sold for it."
@@ -19,6 +21,7 @@ TURN_IT_LESS = "Choose a damper that turns further, turn it less (ratios below 1
 MEASURE_FASTER = "Measure the damper up to that speed, turn it slower (ratios below 1), or choose another."
 MEASURE_AGAIN = "The torque of a rotary damper rises with speed: measure these points again."
 LITTLE = 1.1  # a tenth beyond the data: little extrapolation
+MUCH_ABOVE = 0.15  # of the assumed law: a damper's own tolerance
 FALLEN = 0.01  # of the highest torque: more than the rounding of its digits
 
 
@@ -78,11 +81,22 @@ def _speed_warnings(joint: str, row: DamperRow, reached: float) -> list[str]:
     turned = f"{joint}: {row.part} is turned at up to"
     if row.max_speed is not None and reached > row.max_speed:
         speed, most = unlike(reached / RPM, row.max_speed / RPM, ".0f")
-        return [decisive(f"{turned} {speed} rpm; its vendor's maximum speed is {most} rpm", SLOWER)]
+        text = f"{turned} {speed} rpm; its vendor's maximum speed is {most} rpm{_above_law(row, reached)}"
+        return [decisive(text, SLOWER)]
     if row.default_law != TABLE and row.speed is not None and reached > LITTLE * row.speed:
         speed, stated = unlike(reached / RPM, row.speed / RPM, ".0f")
-        return [f"{turned} {speed} rpm; its vendor states torque at {stated} rpm and gives no data beyond it"]
+        text = f"{turned} {speed} rpm; its vendor states torque at {stated} rpm and gives no data beyond it"
+        return [text + _above_law(row, reached)]
     return []
+
+
+def _above_law(row: DamperRow, reached: float) -> str:
+    """How far the simulated torque at ``reached`` rad/s, straight on from the one point, is above the assumed law."""
+    if row.default_law != CONCAVE or row.speed is None or row.max_torque is None or reached <= row.speed:
+        return ""
+    law = row.max_torque * (reached / row.speed) ** CONCAVE_EXPONENT
+    above = float(torque_at(row.torque_speed(CONCAVE), np.array([reached]))[0]) / law - 1.0
+    return "" if above < MUCH_ABOVE else f"; the simulated torque there is {above:.0%} above the assumed law"
 
 
 def travel_warnings(joint: str, option: DamperOption, choice: DamperChoice, travel: float) -> list[str]:

@@ -1,4 +1,4 @@
-"""The torque-speed law of a rotary damper through its single published point.
+"""The torque-speed law of a rotary damper below its single published point.
 
 Vendors of oil rotary dampers publish one torque at one speed. Below it the curve is concave, so a
 straight line through that point is *too low* at low speed, and a damper chosen by it is too strong.
@@ -24,22 +24,19 @@ LINEAR = "linear"
 CONCAVE_EXPONENT = 0.47  # middle of the measured ones, see above
 CONCAVE_EXPONENT_RANGE = (0.44, 0.50)  # of the three measured dampers, see above
 
-# The curve is linear below its lowest point. A 280th of the rated speed (0.18 rpm of 50) is below the resolution of a
-# leg's encoder, and keeps the slope at rest below 21 times the secant, so that the leg does not become stiff.
-LOWEST_SPEED_FRACTION = 1.0 / 280.0
-# Of the published speed, to which the law is carried on: straight from there, the curve is at most 6 % below it, and
-# 18 % above it at eight times that speed. Without this point it was 80 % above.
-HIGHEST_SPEED_FACTOR = 4.0
+# The curve is linear below its lowest point. A 500th of the rated speed (0.1 rpm of 50) is below the resolution of a
+# leg's encoder, and keeps the slope at rest below 30 times the secant, so that the leg does not become stiff.
+LOWEST_SPEED_FRACTION = 1.0 / 500.0
 
 
 def power_law_curve(
     torque: float,
     speed: float,
     exponent: float = CONCAVE_EXPONENT,
-    n_point: int = 11,
+    n_point: int = 12,
     lowest_speed: float | None = None,
 ) -> DamperCurve:
-    """``torque (w / speed)^exponent`` as a curve of logarithmically spaced points and one at four times the speed.
+    """``torque (w / speed)^exponent`` as a curve of logarithmically spaced points.
 
     Parameters
     ----------
@@ -53,7 +50,7 @@ def power_law_curve(
         points from ``lowest_speed`` to ``speed``; the curve is straight between them, within 1 % of
         the law for the default exponent, number and range.
     lowest_speed
-        rad/s, straight to (0, 0) below; default a 280th of ``speed``.
+        rad/s, straight to (0, 0) below; default a 500th of ``speed``.
 
     Raises
     ------
@@ -65,6 +62,5 @@ def power_law_curve(
         raise ValueError(f"no power law through {torque} N m at {speed} rad/s from {lowest} rad/s, {n_point} points")
     speeds = np.geomspace(lowest, speed, n_point)
     speeds[-1] = speed  # geomspace may miss the end by a rounding
-    speeds = np.append(speeds, HIGHEST_SPEED_FACTOR * speed)
     torques = torque * (speeds / speed) ** exponent
     return DamperCurve(tuple(speeds.tolist()), tuple(torques.tolist()))

@@ -159,6 +159,8 @@ def test_a_named_damper_that_damps_one_way_is_refused_unless_a_pair_is_allowed(c
         (145.0, 50.0, "turned at up to 145 rpm; its vendor's maximum speed is 50 rpm", "decide"),
         (145.0, None, "turned at up to 145 rpm; its vendor states torque at 50 rpm", "check"),
         (145.0, 200.0, "turned at up to 145 rpm; its vendor states torque at 50 rpm", "check"),
+        (400.0, None, "beyond it; the simulated torque there is 80% above the assumed law", "check"),
+        (400.0, 50.0, "is 50 rpm; the simulated torque there is 80% above the assumed law", "decide"),
     ],
 )
 def test_a_maximum_speed_is_told_from_a_rated_point(

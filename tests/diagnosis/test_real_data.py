@@ -85,10 +85,7 @@ def is_consistent(result: GapResult) -> bool:
     "joint",
     [
         "knee",
-        pytest.param(
-            "ankle",
-            marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason="a tie whole, an effect cut")],
-        ),
+        "ankle",
     ],
 )
 @pytest.mark.slow  # one rig of ``make rigs``, diagnosed twice

@@ -6,14 +6,12 @@ import math
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from synth.errors import Problem, UserError
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
 from synth.parts.catalogs import Catalogue, check_catalogue
 from synth.parts.damper_law import CONCAVE_EXPONENT, CONCAVE_EXPONENT_RANGE, power_law_curve
-from synth.swing.damper_curves import torque_at
 
 SPRINGS = (
     "part,vendor,material,included_angle [deg],rate [lbf*in/deg],wire_diameter [in],outer_diameter [in],body_coils [1]"
@@ -212,22 +210,22 @@ class TestDamperCurve:
         row = Catalogue.load().find_damper("6597K19")
         assert row.default_law == "concave"
         curve = row.torque_speed()
-        assert row.speed is not None
-        assert curve.speed[-2] == row.speed
-        assert curve.torque[-2] == row.max_torque
-        assert curve.speed[-1] == 4.0 * row.speed
+        assert curve.speed[-1] == row.speed
+        assert curve.torque[-1] == row.max_torque
         assert row.secant_rate is not None
         assert row.torque_speed("linear").torque[0] / row.torque_speed("linear").speed[0] == row.secant_rate
         # The thesis' trap: at the speeds of a leg the straight line is far too weak.
         slow = [torque / speed for speed, torque in zip(curve.speed, curve.torque, strict=True)]
         assert slow == sorted(slow, reverse=True)
-        assert slow[0] > 19 * row.secant_rate
+        assert slow[0] > 20 * row.secant_rate
         assert row.damper().curve == curve
         assert row.damper("linear").rate == row.secant_rate
         assert row.damper().part == "6597K19"
 
     def test_concave_law_against_the_measured_dampers(self) -> None:
         """Torque of the thesis' knee and ankle dampers at 1 rad/s, found from their drops: 0.1168 and 0.02226 N m."""
+        import numpy as np
+
         catalogue = Catalogue.load()
         for part, measured in (("6597K19", 0.1168), ("6597K8", 0.02226)):
             row = catalogue.find_damper(part)
@@ -240,6 +238,7 @@ class TestDamperCurve:
 
     @pytest.mark.parametrize("exponent", [0.3, 0.47, 0.9, 1.0, 1.6])
     def test_chord_error_is_the_curves_error(self, exponent: float) -> None:
+        import numpy as np
 
         curve = power_law_curve(2.0, 5.0, exponent, n_point=12, lowest_speed=0.01)
         speed = np.geomspace(0.01, 5.0, 200_001)
@@ -248,14 +247,7 @@ class TestDamperCurve:
         assert error[np.argmax(np.abs(error))] == pytest.approx(stated, rel=1e-5, abs=1e-12)
 
     def test_default_curve_is_within_one_percent(self) -> None:
-        assert abs(chord_error(CONCAVE_EXPONENT, 280 ** (1 / 10))) < 0.01
-
-    def test_the_law_goes_on_above_the_published_speed(self) -> None:
-        """A damper turned eight times as fast had 80 % more torque than its stated law."""
-        curve = power_law_curve(2.0, 5.0, CONCAVE_EXPONENT)
-        for factor, off in ((1.0, 1e-12), (2.0, 0.06), (4.0, 1e-12), (8.0, 0.19)):
-            found = float(torque_at(curve, np.array([5.0 * factor]))[0])
-            assert found == pytest.approx(2.0 * factor**CONCAVE_EXPONENT, rel=off)
+        assert abs(chord_error(CONCAVE_EXPONENT, 500 ** (1 / 11))) < 0.01
 
     @pytest.mark.parametrize("bad", [{"torque": 0.0}, {"speed": -1.0}, {"lowest_speed": 6.0}, {"n_point": 1}])
     def test_impossible_laws(self, bad: dict[str, float]) -> None:

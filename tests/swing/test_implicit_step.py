@@ -29,7 +29,7 @@ MEASURED = DamperCurve((0.05, 0.2, 0.5, 1.5, 4.0), (0.05, 0.11, 0.17, 0.29, 0.42
 
 
 def power_law(scale: float = 1.0, exponent: float = 0.45) -> DamperCurve:
-    return power_law_curve(scale, 5.0, exponent, n_point=11, lowest_speed=0.02)
+    return power_law_curve(scale, 5.0, exponent)
 
 
 def damped_robot(curves: list[DamperCurve]) -> Leg:
