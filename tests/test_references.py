@@ -43,6 +43,7 @@ DISCOVERED = {
             "along",
             "bounded",
             "change",
+            "control",
             "deviation",
             "drive",
             "extend",

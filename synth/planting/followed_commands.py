@@ -12,7 +12,20 @@ JUST_BEFORE = 0.01  # of a control period: a command that comes so little after 
 
 
 def followed(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
-    """With the command that the servo follows: sampled, interpolated, or approached at a limited rate."""
+    """With the command that the servo follows: sampled, interpolated, or approached at a limited rate.
+
+    It is in terms of the true angle, see ``PlantedServo.of_true_angle``.
+    """
+    found = _as_controlled(inputs, servo)
+    if servo.seen_scale == 0.0 and servo.seen_offset == 0.0:
+        return found
+    command = found.command.copy()
+    command[:, servo.joint] = (command[:, servo.joint] - servo.seen_offset) / (1.0 + servo.seen_scale)
+    return found._replace(command=command)
+
+
+def _as_controlled(inputs: ServoInputs, servo: PlantedServo) -> ServoInputs:
+    """With the command that the servo follows, in terms of the angle that it sees."""
     if servo.control_period > 0.0:
         return _sampled(inputs, servo)
     if servo.linear or servo.command_rate > 0.0:

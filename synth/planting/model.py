@@ -24,7 +24,8 @@ class PlantedServo(NamedTuple):
     command of ``delay`` s ago acts. Under a torque of ``reference`` N m the winding's resistance grows by ``rise`` (a
     share) in the end, by two thirds of that in ``warming`` s; with a rise of zero it stays. With a ``control_period`` s
     it looks at the start, at ``first_look`` s and then after each period, and holds its duty in between: one of
-    ``duty_steps`` from 0 to 1 if that is not zero. ``linear`` 1: it interpolates between two commands.
+    ``duty_steps`` from 0 to 1 if that is not zero. ``linear`` 1: it interpolates between two commands. It controls its
+    joint's angle on q times one more than ``seen_scale``, plus ``seen_offset`` rad.
     """
 
     joint: int
@@ -46,6 +47,17 @@ class PlantedServo(NamedTuple):
     first_look: float = 0.0
     duty_steps: float = 0.0
     linear: float = 0.0
+    seen_scale: float = 0.0
+    seen_offset: float = 0.0
+
+    def of_true_angle(self) -> PlantedServo:
+        """The servo that does the same by the true angle, for commands as ``followed`` makes them."""
+        seen = 1.0 + self.seen_scale
+        return self._replace(
+            gain=self.gain * seen,
+            damping_gain=self.damping_gain * seen,
+            dead_band=self.dead_band / seen,
+        )
 
     def with_constants(self, constant: float, resistance: float) -> PlantedServo:
         """With the motor's constants times these factors."""

@@ -90,17 +90,37 @@ def _vector_at(n: int, j: int, value: float) -> Array:
 
 
 def encoder_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """An offset of the reading."""
+    """An offset of the reading, which the joint's servo may control."""
     sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
-    return _sensor_form(
+    form = _sensor_form(
         setup, "shift", math.radians(12.0), lambda s: {"offset": _vector_at(n, j, sign * s)}, "offset_rad"
     )
+    return _perhaps_controlled(rng, setup, j, form)
 
 
 def encoder_scale(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """A scale error of the reading about 0 deg."""
+    """A scale error of the reading about 0 deg, which the joint's servo may control."""
     sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
-    return _sensor_form(setup, "scaled", 0.25, lambda s: {"scale": _vector_at(n, j, sign * s)}, "scale_error")
+    form = _sensor_form(setup, "scaled", 0.25, lambda s: {"scale": _vector_at(n, j, sign * s)}, "scale_error")
+    return _perhaps_controlled(rng, setup, j, form)
+
+
+def _perhaps_controlled(rng: np.random.Generator, setup: Setup, j: int, form: Form) -> Form:
+    """The form, or, of a joint with a servo in one of two cases, the same with a servo that controls this reading."""
+    servo = any(each.joint == j and each.gain > 0.0 for each in setup.true.servos)
+    if not servo or rng.random() < 0.5:
+        return form
+
+    def build(size: float) -> tuple[Truth, PlantedSensor]:
+        truth, sensor = form.build(size)
+        scale, offset = float(sensor.scale[j]), float(sensor.offset[j])
+        seen = (
+            (j, "seen_scale", scale),
+            (j, "seen_offset", float(setup.true.sign[j]) * (scale * float(setup.true.zero[j]) + offset)),
+        )
+        return replace(truth, servo_errors=(*truth.servo_errors, *seen)), sensor
+
+    return replace(form, name=f"{form.name}, controlled", build=build)
 
 
 def quantisation(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:

@@ -121,7 +121,7 @@ def _table_of_trial(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law
             if servo.control_period > 0.0:
                 law, par = SAMPLED_SERVO, [*par, servo.control_period, servo.first_look, servo.duty_steps]
             made.append(Law(law, servo.joint, tuple(par)))
-            rows.append(_servo_table(servo, inputs))
+            rows.append(_servo_table(servo.of_true_angle(), inputs))
             count += len(rows[-1])
     return np.ascontiguousarray(np.concatenate(rows)), tuple(made)
 

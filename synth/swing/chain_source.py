@@ -217,9 +217,11 @@ def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
     duty, winding = (", ".join(at(name) for name in names) for names in (DUTY, WINDING))
     # Behind a gear's play the controller reads the hinge of the play too, which is the next one; of the last joint the
     # row after its block is read, times zero.
+    rotation, rate = (f"{at(name)} + {at('controlled_beyond')} * {beyond(name)}" for name in ("rotation", "rate"))
     seen = [
-        f"            error = {at('command')} - ({at('rotation')} + {at('controlled_beyond')} * {beyond('rotation')})",
-        f"            turning = {at('rate')} + {at('controlled_beyond')} * {beyond('rate')}",
+        f"            scale = 1.0 + {at('controlled_scale')}",
+        f"            error = {at('command')} - (scale * ({rotation}) + {at('controlled_offset')})",
+        f"            turning = scale * ({rate})",
         f"            duty = servo_duty(error, turning, {duty}) + {at('servo_open_duty')}",
     ]
     warm = _warm(layout, at)

@@ -14,7 +14,7 @@ from numba import njit
 
 from synth.compiling.numba_internals import UNCOUNTED
 from synth.drives.servo_law import servo_duty
-from synth.swing.lane_layout import LANES, MOST_LINKS, Layout
+from synth.swing.lane_layout import CONTROLLED, LANES, MOST_LINKS, Layout
 
 # First indices of these blocks in the workspace, the same for every number of links.
 TORQUE, GAIN, OFFSET, DELAY, LATE, SIGNALS, KNOWN, DRIVE = (
@@ -31,7 +31,7 @@ ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD,
         "servo_phase", "servo_duty_steps", "held_duty", "next_control",
     )
 )  # fmt: skip
-BEYOND = Layout(1).row("controlled_beyond") * LANES
+BEYOND, SEEN_SCALE, SEEN_OFFSET = (Layout(1).row(block) * LANES for block in CONTROLLED)
 SLEW_RATE, SLEW_FROM, SLEW_SINCE, SLEW_GOAL, SLEW_SHOWN, SLEW_SLOPE, SLEW_SHORT = (
     Layout(1).row(block) * LANES
     for block in (
@@ -283,9 +283,10 @@ def _control(Z, n, j, known, commands_held, t, sample, start):  # type: ignore[n
             if start:
                 Z[SLEW_FROM + e] = command
             command = _limited_step(Z, e, command, period)
+        scale = 1.0 + Z[SEEN_SCALE + e]
         duty = servo_duty(
-            command - (Z[ROTATION + e] + Z[BEYOND + e] * Z[ROTATION + e + LANES]),
-            Z[RATE + e] + Z[BEYOND + e] * Z[RATE + e + LANES],
+            command - (scale * (Z[ROTATION + e] + Z[BEYOND + e] * Z[ROTATION + e + LANES]) + Z[SEEN_OFFSET + e]),
+            scale * (Z[RATE + e] + Z[BEYOND + e] * Z[RATE + e + LANES]),
             Z[DUTY_GAIN + e],
             Z[DAMPING + e],
             Z[DEAD + e],

@@ -34,6 +34,9 @@ SERVO = (
     *DUTY, "servo_open_duty", "servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
     *CONTROL, "servo_conductance", "servo_command_rate",
 )  # fmt: skip
+# What a servo controls, on q: its joint's rotation, with the next hinge's if its encoder sits behind a gear's play (1;
+# else 0), times one more than the scale error, plus the offset.
+CONTROLLED = ("controlled_beyond", "controlled_scale", "controlled_offset")
 SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
 # Index of the servos' switch; its value where some duty is held between control steps, else 1; and what is added where
 # a common source has a resistance.
@@ -49,7 +52,7 @@ _ONE_A_JOINT = (
     *DRIVE,
     *SERVO,
     *SIGNALS,
-    "controlled_beyond",  # 1: the servo's encoder sits behind a gear's play, and reads the next hinge too; else 0
+    *CONTROLLED,
     "sine", "cosine",  # of the link's angle from straight down, see ``chain_source.link_directions``
     "known_torque",  # recorded, with the lane's errors, on q
     "drive_torque",  # of the servo, or known, on q

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,9 @@ from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, delayed, fed_toget
 from synth.errors import UserError
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
-from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
+from synth.swing.lane_layout import CONTROLLED, CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
 from synth.swing.leg_model import Leg, Tip, turning_inertia
+from synth.swing.readings import control_readings
 from synth.swing.stated_effects import stated_effects
 
 INITIAL_ACCELERATION = 0.3  # of g: the load of a compliant link may accelerate so much when a recording begins
@@ -44,9 +46,9 @@ class LegLanes:
     resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet in ``servo``
     and ``armature`` but in ``servo_numbers`` and ``own_inertia``: so it follows what changes a motor's constants.
     ``own_emf`` (n,) True for a motor whose back-EMF constant is stated beside its torque constant.
-    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``read_beyond`` and
-    ``controlled_beyond`` (n, n_lane) 1 where the encoder of the recording, and that of the servo's controller, sit
-    behind a gear's play: they read the joint's rotation and that of the next hinge; else 0.
+    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``read_beyond`` (n, n_lane) 1 where the
+    encoder of the recording sits behind a gear's play: it reads the joint's rotation and that of the next hinge; else
+    0. ``controlled`` (3, n, n_lane) what a servo controls in place of its joint's rotation, see ``CONTROLLED``.
     ``torques`` : name of a torque effect -> (n_parameter, n, n_lane) in the sense of q. ``curves`` : clamp speeds and
     slopes (2, 12) of each joint, or None.
     """
@@ -73,7 +75,7 @@ class LegLanes:
     own: tuple[int, ...] = ()  # index in the chain of each joint of the leg
     source: Array = field(default_factory=lambda: np.zeros(1))
     read_beyond: Array = field(default_factory=lambda: np.zeros((1, 1)))
-    controlled_beyond: Array = field(default_factory=lambda: np.zeros((1, 1)))
+    controlled: Array = field(default_factory=lambda: np.zeros((len(CONTROLLED), 1, 1)))
     newest: int = -1  # index of the link that was inserted last, before others of the same effect
 
     @property
@@ -124,7 +126,7 @@ class LegLanes:
             own=tuple(range(len(joints))),
             source=np.zeros(n_lane),
             read_beyond=np.zeros((len(joints), n_lane)),
-            controlled_beyond=np.zeros((len(joints), n_lane)),
+            controlled=np.zeros((len(CONTROLLED), len(joints), n_lane)),
         )
         for index, joint in enumerate(joints):
             for name, given in joint.effects.items():
@@ -149,27 +151,20 @@ class LegLanes:
         def wide(values: Array) -> Array:
             return np.repeat(values[..., :1], n_lane, axis=-1)
 
+        links: dict[str, Any] = {name: wide(getattr(self, name)) for name in _PER_LINK}
         return replace(
             self,
-            length=wide(self.length),
-            mass=wide(self.mass),
-            com=wide(self.com),
-            inertia=wide(self.inertia),
-            spring_rate=wide(self.spring_rate),
-            rest=wide(self.rest),
-            damper_rate=wide(self.damper_rate),
-            armature=wide(self.armature),
+            **links,
             torques={name: wide(values) for name, values in self.torques.items()},
             tilt=wide(self.tilt),
             source=wide(self.source),
             read_beyond=wide(self.read_beyond),
-            controlled_beyond=wide(self.controlled_beyond),
+            controlled=wide(self.controlled),
             weightless=self.weightless.copy(),
             drive=wide(self.drive),
             servo=wide(self.servo),
             torque_limit=wide(self.torque_limit),
             winding=wide(self.winding),
-            lag=wide(self.lag),
             curves=list(self.curves),
         )
 
@@ -186,6 +181,10 @@ class LegLanes:
         """
         n_lane = rotation.shape[1]
         legs, full = cls.of(leg, n_lane), np.array(rotation, dtype=float)
+        errors = stated_effects(leg, "reading")
+        control_readings(
+            legs.controlled, leg, [(each, legs.columns(each.effect, each.given), slice(None)) for each in errors]
+        )
         for stated in stated_effects(leg, "structure"):
             at = legs.own[stated.joint]
             legs = stated.effect.function()(legs, at, *legs.columns(stated.effect, stated.given))
@@ -277,7 +276,7 @@ class LegLanes:
             torque_limit=np.insert(self.torque_limit, before, UNLIMITED, axis=0),
             winding=np.insert(self.winding, before, 1.0, axis=0),
             read_beyond=np.insert(self.read_beyond, before, 0.0, axis=0),
-            controlled_beyond=np.insert(self.controlled_beyond, before, 0.0, axis=0),
+            controlled=np.insert(self.controlled, before, 0.0, axis=1),
             own_emf=np.insert(self.own_emf, before, values=False),
             own=own,
             newest=before,
@@ -334,7 +333,8 @@ class LegLanes:
             for block, numbers in zip(SERVO, self.servo_numbers(), strict=True):
                 lanes[layout.rows(block)] = numbers
             lanes[layout.rows("slew_short")] = SLEW_SHORT
-            lanes[layout.rows("controlled_beyond")] = self.controlled_beyond
+            for block, seen in zip(CONTROLLED, self.controlled, strict=True):
+                lanes[layout.rows(block)] = seen
         for block, values in (
             ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
             ("length", self.length), ("carried_mass", carried), ("first_moment", moment),

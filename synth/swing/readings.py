@@ -46,6 +46,24 @@ def joint_as_read(
     return reading
 
 
+def control_readings(
+    controlled: Array,
+    leg: Leg,
+    errors: Sequence[tuple[ReadingError, Sequence[Array] | Array, NDArray[np.intp] | slice]],
+) -> None:
+    """Let servos control what their encoders read, where an error says that they do.
+
+    ``controlled`` (3, n, n_lane), see ``LegLanes``; it is changed in place. ``errors`` : in their order of action, each
+    with its values (n_parameter, n) in these n lanes.
+    """
+    for erring, values, lanes in errors:
+        if erring.effect.controls:
+            wide = np.zeros((len(values), controlled.shape[2]))
+            wide[:, lanes] = values
+            hinge = leg.joints[erring.joint]
+            erring.effect.function(erring.effect.controls)(controlled, erring.joint, hinge.sign, hinge.zero, *wide)
+
+
 def stated_readings(leg: Leg) -> list[StatedEffect]:
     """The errors of encoders that a leg states and that a predicted motion is read with: all but coarse counts."""
     return [each for each in stated_effects(leg, "reading") if each.effect.name != COUNTS]

@@ -32,7 +32,9 @@ OTHER = ("rate", "cogging", "cogs", "integral", "smooth")
 HEAT = ("rise", "reference", "warming")
 # Play of the gear, rad, and on which side of it the recorded angle and the controller's are read (1: the link's).
 GEAR = ("play", "read_beyond", "controlled_beyond")
-COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER, *HEAT, *GEAR)
+# The servo's own encoder, which is recorded: shift, rad, and scale error about the command 0.
+ENCODER = ("shift", "scaled")
+COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER, *HEAT, *GEAR, *ENCODER)
 RESTITUTION = 0.3  # of a blow of the flanks
 STILL = 2e-3  # rad/s: after a blow with less, the flanks stay together
 FREE, LOCKED = 0, 2  # of a joint's mode: within the play, without play; -1 and 1: at a flank
@@ -57,10 +59,13 @@ def shown_as(effect: str, joint: int, n: int) -> list[tuple[str, int]]:
     """A cause that was put at one of ``n`` joints, and what it cannot be told from: (effect, joint), itself first.
 
     One source feeds all joints: of several it is the whole leg's (joint -1, its base). One joint alone read late is as
-    its command late: from rest the whole motion is later.
+    its command late: from rest the whole motion is later. A shifted encoder by which the first joint's servo controls
+    tilts the whole leg, unseen, as a base that is not level does.
     """
     if effect == "voltage_sag" and n > 1:
         return [("shared_source_resistance", -1)]
+    if effect == "encoder_offset" and joint == 0:
+        return [(effect, joint), ("base_tilt", -1)]
     return [(effect, joint), *([("latency", joint)] if effect == "command_delay" and n == 1 else [])]
 
 
@@ -75,7 +80,7 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
     spacing = times[1] - times[0]
     per = max(round(spacing / STEP), 1)
     h = spacing / per
-    q, w = command[0].copy(), np.zeros(n)
+    q, w = (command[0] - joints[:, 31]) / (1.0 + joints[:, 32]), np.zeros(n)
     duty, wound, slewed, smooth = np.zeros(n), np.zeros(n), command[0].copy(), command[0].copy()
     motor, load, warm = np.zeros(n), np.zeros(n), np.zeros(n)
     qm, wm, before = q.copy(), w.copy(), w.copy()  # in the middle of a step; rates at the end of the one before
@@ -85,7 +90,8 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
     out = np.empty((count, n))
     for i in range(count):
         for j in range(n):
-            out[i, j] = q[j] if mode[j] == LOCKED or joints[j, 29] > 0.0 else rotor[j]
+            shown = q[j] if mode[j] == LOCKED or joints[j, 29] > 0.0 else rotor[j]
+            out[i, j] = shown * (1.0 + joints[j, 32]) + joints[j, 31]
         for s in range(per if i < count - 1 else 0):
             now = i * spacing + s * h
             for j in range(n):
@@ -97,6 +103,8 @@ def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-
                 ago[j] = turning[j]
                 own = mode[j] == LOCKED or joints[j, 30] > 0.0
                 seen[j], rate[j] = (qm[j], wm[j]) if own else (rm[j], tm[j])
+                seen[j] = seen[j] * (1.0 + joints[j, 32]) + joints[j, 31]
+                rate[j] *= 1.0 + joints[j, 32]
                 if mode[j] == LOCKED:
                     rm[j], tm[j] = qm[j], wm[j]
             if (i * per + s) % PERIOD == 0:

@@ -93,6 +93,9 @@ LIBRARY: dict[str, Change] = {
     "winding_resistance": _scale("resistance", 0.9),
     "voltage_sag": lambda rig, j, size: Rig(rig.joints, rig.source + 3.0 * rig.joints[0, 8] * size),
     "gear_play": _gear_play,
+    # Of the servo's own encoder, which it controls by.
+    "encoder_offset": _put("shift", 0.2),
+    "encoder_scale": _put("scaled", 0.2),
     "armature": lambda rig, j, size: rig.changed(
         j, rotor=float(rig.joints[j, 12]) + 3.0 * _level(rig, j) / 30.0 * size
     ),

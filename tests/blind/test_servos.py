@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blind.servo_engine import Rig, follow, shown_as
+from blind.servo_engine import COLUMNS, Rig, follow, shown_as
 from blind.servos import LIBRARY, OUTSIDE, Setup, _level, _rms, _setup, _write, make_case, plan
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg
+from synth.swing.readings import as_stated
 
 
 @pytest.mark.parametrize(("seed", "source"), [(1, 0.0), (2, 0.0), (3, 0.0), (2, 0.4), (3, 0.4)])
@@ -49,6 +50,52 @@ def test_both_engines_limit_a_command_s_rate_alike(rate: float, delay: float, tm
         start = moved[k][0]
         found = simulate(leg, start, 0.0 * start, recording.time, signals=recording.signals, tolerance=1e-8)
         assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.002  # of 0.0015 to 0.006 of noise
+
+
+@pytest.mark.parametrize("joints", [1, 2])
+def test_both_engines_control_what_the_encoder_reads(joints: int, tmp_path: Path) -> None:
+    """A shift and a wrong scale at every joint, and a command that comes late."""
+    setup = next(s for s in map(_setup, map(np.random.default_rng, range(9))) if len(s.design.joints) == joints)
+    rig, names = setup.design, [f"joint{k + 1}" for k in range(joints)]
+    for j in range(joints):
+        rig = rig.changed(j, shift=0.12 - 0.2 * j, scaled=0.08 - 0.15 * j, delay=0.01)
+    moved = setup.moved(rig)
+    _write(np.random.default_rng(1), setup, moved, 0.0, names, tmp_path / "rig")
+    project = read_gap_project(tmp_path / "rig" / "gap.yaml")
+
+    def error(controlled: float) -> float:
+        effects = {name: {"effects": encoder(rig, j, controlled)} for j, name in enumerate(names)}
+        leg = project.leg.with_joints(**effects)
+        worst = 0.0
+        for k, recording in enumerate(recordings(project.leg, project.trials, ())):
+            start = [true_angle(leg, j, read) for j, read in enumerate(moved[k][0].tolist())]
+            out = simulate(
+                leg, start, np.zeros(joints), recording.time, rates=True, signals=recording.signals, tolerance=1e-8
+            )
+            read = as_stated(leg, recording.time, out[:, :joints], out[:, joints:])
+            worst = max(worst, float(np.degrees(np.sqrt(np.mean((read - moved[k]) ** 2)))))
+        return worst
+
+    assert error(1.0) < 0.0005
+    assert error(0.0) > 1.0
+
+
+def encoder(rig: Rig, joint: int, controlled: float) -> dict[str, dict[str, float]]:
+    """The same errors in a leg file: the other engine scales a reading before it shifts it."""
+    shift, scaled, delay = (float(rig.joints[joint, COLUMNS.index(name)]) for name in ("shift", "scaled", "delay"))
+    return {
+        "encoder_offset": {"offset": shift / (1.0 + scaled), "controlled": controlled},
+        "encoder_scale": {"error": scaled, "controlled": controlled},
+        "command_delay": {"delay": delay},
+    }
+
+
+def true_angle(leg: Leg, joint: int, read: float) -> float:
+    """Rad, the angle at which an encoder of ``leg`` reads ``read``: the reading is linear in the angle."""
+    angles = np.zeros((2, len(leg.joints)))
+    angles[1, joint] = 1.0
+    zero, one = as_stated(leg, np.arange(2.0), angles, 0.0 * angles)[:, joint]
+    return float((read - zero) / (one - zero))
 
 
 def with_source(leg: Leg, ohms: float) -> Leg:
@@ -97,7 +144,7 @@ def test_what_cannot_be_told_apart_is_as_right() -> None:
 
 
 def test_every_cause_is_planted_in_turn() -> None:
-    drawn = [effect for _, kind, effect in plan(1, 80) if kind == "single"]
+    drawn = [effect for _, kind, effect in plan(1, 100) if kind == "single"]
     assert {drawn.count(effect) for effect in LIBRARY} <= {3, 4, 5}
     assert {effect for _, kind, effect in plan(1, 80) if kind == "unknown"} == set(OUTSIDE)
 

@@ -83,6 +83,8 @@ class Effect(PlantEffect):
     rad, and how fast, rad/s, an added link without a spring may be off where ``start`` puts it; empty: it has a spring,
     see ``LegLanes.initial_deviation``.
     ``tolerance`` : of the way "structure", rad, the finest to which a diagnosis integrates legs with it.
+    ``controls`` : of the way "reading", name of its function ``(controlled, joint, sign, zero, *parameters)`` that
+    changes what a servo controls (``LegLanes.controlled``) if that is the reading; empty: it is not.
     ``parts_drive`` : of the way "structure", it parts the drive from the joint's link.
     """
 
@@ -103,6 +105,7 @@ class Effect(PlantEffect):
     bounds: str = ""
     deviation: str = ""
     tolerance: float = 0.0
+    controls: str = ""
     parts_drive: bool = False
 
     def function(self, name: str = "") -> Callable[..., Any]:

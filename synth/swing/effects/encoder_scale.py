@@ -5,14 +5,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
+from synth.swing.effects.encoder_offset import CHOICES
 
 if TYPE_CHECKING:
     from synth.arrays import Array
 
 
-def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, error: Array) -> Array:
+def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, error: Array, controlled: Array) -> Array:
     """The rotation that is read, with relative ``error`` (n_lane,) of the measured angle ``zero + sign q``."""
     return rotation + error * (rotation + sign * zero)
+
+
+def control(controlled_by: Array, joint: int, sign: int, zero: float, error: Array, controlled: Array) -> None:
+    """Scale what the joint's servo controls by, ``controlled_by`` (3, n, n_lane), where it is this reading.
+
+    What has shifted it before is scaled too.
+    """
+    _, scale, offset = controlled_by[:, joint]
+    scale += (1.0 + scale) * controlled * error
+    offset += (offset + sign * zero) * controlled * error
 
 
 EFFECT = Effect(
@@ -24,7 +35,20 @@ EFFECT = Effect(
     way="reading",
     parameters=(
         Parameter("error", "1", prior=Prior(0.0, 0.05, lower=-0.5, upper=0.5), natural=False, form="relative change"),
+        Parameter(
+            "controlled",
+            "1",
+            0.0,
+            natural=False,
+            label="angle controlled",
+            choices=CHOICES,
+            meaning="1: the joint's servo controls this reading; 0: the true angle, by another sensor",
+        ),
     ),
     strengths=("error",),
-    shapes=(Shape(("error",), {}),),
+    controls="control",
+    shapes=(
+        Shape(("error",), {"controlled": 0.0}),
+        Shape(("error",), {"controlled": 1.0}, needs=("servo",)),
+    ),
 )

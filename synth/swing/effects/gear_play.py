@@ -13,6 +13,7 @@ import numpy as np
 
 from synth.swing.effects.definition import Effect, Parameter, Shape, size
 from synth.swing.effects.joint_stop import EFFECT as JOINT_STOP
+from synth.swing.lane_layout import CONTROLLED
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -50,7 +51,7 @@ def extend(
     flanks = half * one, -half * one, stiffness * one, damping * one, one, DEPTH * one
     made.put(JOINT_STOP, joint + 1, np.array(flanks))
     made.read_beyond[joint] = read_beyond
-    made.controlled_beyond[joint] = controlled_beyond
+    made.controlled[CONTROLLED.index("controlled_beyond"), joint] = controlled_beyond
     return made
 
 

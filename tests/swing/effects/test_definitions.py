@@ -65,8 +65,8 @@ def told(name: str, rotation: Array, sign: int, zero: float, *values: float, tim
 def test_offset_scale_and_counts_act_on_the_measured_angle(sign: int) -> None:
     zero, rotation = 0.7, np.linspace(-1.0, 1.0, 41)
     angle = zero + sign * rotation
-    np.testing.assert_allclose(told("encoder_offset", rotation, sign, zero, 0.02), angle + 0.02)
-    np.testing.assert_allclose(told("encoder_scale", rotation, sign, zero, 0.03), 1.03 * angle, atol=1e-15)
+    np.testing.assert_allclose(told("encoder_offset", rotation, sign, zero, 0.02, 0.0), angle + 0.02)
+    np.testing.assert_allclose(told("encoder_scale", rotation, sign, zero, 0.03, 0.0), 1.03 * angle, atol=1e-15)
     step = 0.1
     read = told("encoder_quantisation", rotation, sign, zero, step)
     np.testing.assert_allclose(read / step, np.round(read / step), atol=1e-9)

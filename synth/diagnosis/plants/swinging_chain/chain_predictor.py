@@ -26,7 +26,7 @@ from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
-from synth.swing.readings import joint_as_read
+from synth.swing.readings import control_readings, joint_as_read
 from synth.swing.stated_effects import COUNTS, Place, StatedEffect, in_order_of_action, stated_effects
 from synth.swing.tolerances import Tolerances
 
@@ -212,6 +212,7 @@ class Predictor:
             pending += _stated_beside(stated, "structure", acting, legs.n_lane)
             readings += _stated_beside(stated, "reading", acting, legs.n_lane)
             readings.sort(key=lambda item: in_order_of_action(item[0].effect))
+            control_readings(legs.controlled, stated, readings)
             added = _extend_chain(legs, pending)
             legs = added[-1].legs if added else legs
             chain = compiled_chain(legs.n)
