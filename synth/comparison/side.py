@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from synth.arrays import Array
 from synth.drives.servo import Servo, ServoSignals
 from synth.estimation.intervals import Estimate
@@ -44,7 +46,8 @@ class ComparedMotion:
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, nan for samples that do not count; ``start`` and ``rate`` (n,) rad
     and rad/s, the state at the first sample; ``conditions`` of the trial. ``known_torque``, ``signals``: what drives
     it, as for ``simulate``; ``not_driven``: why no leg can be driven as it was, empty if one can. ``cut``: it begins
-    after the release.
+    after the release. ``deviation`` (2, n) rad and rad/s: standard deviations of ``start`` and ``rate`` that were found
+    from the first samples alone; None if they are stated, or fitted to the whole recording.
     """
 
     name: str
@@ -57,6 +60,7 @@ class ComparedMotion:
     signals: ServoSignals | None = None
     not_driven: str = ""
     cut: bool = False
+    deviation: Array | None = None
 
     @property
     def driven(self) -> bool:
@@ -73,6 +77,8 @@ class ComparedMotion:
         if factor == 1.0:
             return self
         slow = replace(self, time=self.time * factor, rate=self.rate / factor)
+        if self.deviation is not None:
+            slow = replace(slow, deviation=self.deviation / np.array([[1.0], [factor]]))
         has_inputs = self.known_torque is not None or self.signals is not None or bool(self.not_driven)
         return replace(slow, known_torque=None, signals=None, not_driven=NOT_SLOWED) if has_inputs else slow
 

@@ -137,13 +137,16 @@ def _of_joint(reader: ProjectReader, value: Any, key: str, name: str) -> dict[st
 
 
 def links_json(tolerance: Tolerance, leg: Leg) -> dict[str, Any]:
-    """The uncertainty of each joint's link for ``fit.json``, as standard deviations."""
-    found = {name: tolerance.of_joint(name) for name in leg.joint_names}
-    return {name: {item: quantity(getattr(one, item), "%") for item in LINK_QUANTITIES} for name, one in found.items()}
+    """The uncertainty of each joint's link and motor for ``fit.json``, as standard deviations."""
+    found: dict[str, Any] = {}
+    for joint in leg.joints:
+        one, by_current = tolerance.of_joint(joint.name), isinstance(joint.drive, TorqueDrive)
+        motor = tuple(MOTOR_POWERS) if _has_motor(joint) else ("torque_constant",) if by_current else ()
+        found[joint.name] = {item: quantity(getattr(one, item), "%") for item in (*LINK_QUANTITIES, *motor)}
+    return found
 
 
 def of_links(defaults: Sequence[Default]) -> list[Default]:
     """The defaults except those of springs, dampers and free angles, which a fit estimates."""
     sought = {"tolerance.spring", "tolerance.damper", "tolerance.free_angle"}
-    sought |= {f"tolerance.{name}" for name in MOTOR_POWERS}
     return [default for default in defaults if default.key not in sought]

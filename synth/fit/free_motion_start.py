@@ -227,7 +227,7 @@ class _LaterFit:
 
     def _errors(self, samples: Sequence[Recording], stage: Stage, until: float = 0.0) -> LinkErrors | None:
         """What the links' errors do to a fit, and to its predictions before ``until`` s; None if a motion diverges."""
-        widths = link_widths(self.model.leg, self.options.tolerance)
+        widths = link_widths(self.model.leg, self.options.tolerance, samples)
         found = link_errors(self.model, samples, stage, widths, self.options.static, until=until)
         return found if found is not None and np.isfinite(found.considered.sensitivity).all() else None
 

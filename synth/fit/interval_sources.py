@@ -59,11 +59,12 @@ class IntervalSource:
             largest.append(item)
             if sum(share for share, _ in largest) >= 0.9 * self.of_links:  # the rest is not worth a name
                 break
+        kinds = {"motors" if name.endswith(("motor", "winding")) else "links" for _, name in largest}
         named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in largest)
         return (
             f"{self.joint}: {100 * self.of_links:.0f} % of the variance in the {self.quantity.replace('_', ' ')}'s "
             f"{wide} comes from the leg file's tolerances: {named}. More trials would not reduce it; better "
-            "measured links would"
+            f"measured {' and '.join(sorted(kinds))} would"
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -98,7 +99,7 @@ def sources_of(
     variance = np.maximum((half90 / NORMAL90) ** 2, 1e-300)
     shares = links.considered.sensitivity**2 / variance[:, None]
     law = np.zeros(len(variance)) if error is None else np.diag(error.covariance) / variance
-    names = [f"{WORDS[what]} of the {joint}'s link" for joint, what in links.names]
+    names = [WORDS[what].format(joint) for joint, what in links.names]
     found = []
     for joint, kind, place in _places(unknowns):
         half, most = float(half90[place]), None

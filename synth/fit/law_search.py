@@ -289,7 +289,7 @@ class LawSearch:
         ``columns`` (m, n) of their residuals, ``normal`` (n, n) their products.
         """
         model, stage = self._model(here.size), Stage(here.solution, self.weights)
-        widths = link_widths(self.leg, self.options.tolerance)
+        widths = link_widths(self.leg, self.options.tolerance, self.some)
         found = link_errors(model, self.some, stage, widths, self.options.static, until=np.inf)
         if found is None:
             return np.zeros((columns.shape[1], 0))

@@ -1,7 +1,8 @@
-"""The effect of errors in the leg file's links on the estimates: length, mass, centre of mass and inertia.
+"""The effect of errors in the leg file's links and motors on the estimates.
 
 The spring and damper rates that explain a swing are proportional to the links' inertia, so no rate is known better
-than the links. The change of the estimates with each parameter follows from the sensitivities of the trajectories
+than the links. Where a motor's torque tells the scale of the rates, none is known better than its constant and its
+winding's resistance. The change of the estimates with each parameter follows from the sensitivities of the trajectories
 (``estimation.consider``): one simulation with a few more lanes per trial, without refits.
 """
 
@@ -30,14 +31,19 @@ from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
 # Times the fit's limit of steps: a motion near it, as of a stiff leg driven by a hand, may need more with moved links.
 STEPS_FACTOR = 4
-WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
+WORDS = {
+    **{name: f"{name} of the {{}}'s link" for name in LINK_QUANTITIES},
+    "com": "centre of mass of the {}'s link",
+    "torque_constant": "torque constant of the {}'s motor",
+    "resistance": "resistance of the {}'s winding",
+}
 
 
 @dataclass(frozen=True)
 class LinkErrors:
-    """Uncertain parameters of the links, and their effect on the common unknowns.
+    """Uncertain parameters of links and motors, and their effect on the common unknowns.
 
-    ``names`` : (joint, quantity) of each considered parameter, quantity one of ``LINK_QUANTITIES``. ``deviation`` (c,)
+    ``names`` : (joint, quantity) of each considered parameter, quantity a key of ``WORDS``. ``deviation`` (c,)
     of its logarithm. ``first`` : (k, n, c) rad a trial, change of the prediction of its first k samples per deviation
     of each parameter, the estimates and the trial's initial state following.
     """
@@ -62,11 +68,11 @@ def link_errors(
     *,
     until: float = 0.0,
 ) -> LinkErrors | None:
-    """The sensitivity of the estimates to the links' parameters; None if all are exact, or the motion diverges.
+    """The sensitivity of the estimates to links and motors; None if all are exact, or the motion diverges.
 
     Parameters
     ----------
-    widths : (4, n) standard deviation of the logarithm of each link's length, mass, centre of mass and inertia.
+    widths : (9, n) standard deviation of the logarithm of each of ``QUANTITIES``, see ``link_widths``.
     static : the static points of the fit, which depend on the same links' weight.
     until : s, end of the first samples, whose predictions' errors are wanted too.
     """
@@ -74,28 +80,39 @@ def link_errors(
     solution = stage.solution
     if not len(open_) or not np.isfinite(solution.cost):
         return None
-    deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_)
+    deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_, joints_by_current(recordings))
 
     def change(t: int) -> Array:
         return _prediction_changes(model, recordings[t], legs, solution.values, solution.locals[t]) * deviation
 
     beside = _of_points(model, solution.values, open_, static) * deviation if static else None
     found = follow_changes(model, recordings, stage, change, lambda recording: recording.time < until, beside)
-    names = [(name, quantity) for quantity in LINK_QUANTITIES for name in model.leg.joint_names]
+    names = [(name, quantity) for quantity in QUANTITIES for name in model.leg.joint_names]
     return LinkErrors(tuple(names[k] for k in open_), deviation, found.considered, found.left)
 
 
-def link_widths(leg: Leg, tolerance: Tolerance | None) -> Array:
-    """(4, n) standard deviations of the logarithms for a project's tolerances; zero if the links are exact."""
+def link_widths(leg: Leg, tolerance: Tolerance | None, recordings: Sequence[Recording]) -> Array:
+    """(9, n) standard deviations of the logarithms for a project's tolerances; zero if all is exact.
+
+    Those of springs, dampers and free angles, which a fit estimates, are zero too.
+    """
     if tolerance is None:
-        return np.zeros((len(LINK_QUANTITIES), len(leg.joints)))
-    return tolerance.widths(leg)[: len(LINK_QUANTITIES)]
+        return np.zeros((len(QUANTITIES), len(leg.joints)))
+    found = tolerance.widths(leg, joints_by_current(recordings))
+    found[[k for k, name in enumerate(QUANTITIES) if name not in WORDS]] = 0.0
+    return found
 
 
-def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
+def joints_by_current(recordings: Sequence[Recording]) -> list[int]:
+    """Joints whose torque is a recorded current times their motor's constant wherever one is known."""
+    known = [(recording, recording.known_torque[1]) for recording in recordings if recording.known_torque is not None]
+    driven = {j for _, torque in known for j in np.flatnonzero(torque.any(axis=0)).tolist()}
+    return sorted(j for j in driven if all(j in recording.by_current for recording, t in known if t[:, j].any()))
+
+
+def _moved_legs(leg: Leg, numbers: Index, by_current: Sequence[int]) -> list[tuple[LegLanes, int]]:
     """Groups of lanes that step together: the nominal leg first, then each parameter moved by ``STEP``."""
-    n, groups = len(leg.joints), []
-    unit = Tolerances(np.ones((len(QUANTITIES), n)))
+    groups, unit = [], Tolerances(np.ones((len(QUANTITIES), len(leg.joints))), tuple(by_current))
     for first in range(0, len(numbers), LANES - 1):
         some = numbers[first : first + LANES - 1]
         x = np.zeros((unit.size, len(some) + 1))

@@ -144,7 +144,7 @@ def _errors(
             float(rates[point.joint]), float(rests[point.joint])
         )
     by_fit = np.einsum("mp,pq,mq->m", slope, covariance(model, stage.solution), slope)
-    widths = link_widths(model.leg, options.tolerance)
+    widths = link_widths(model.leg, options.tolerance, recordings)
     links = link_errors(model, recordings, stage, widths)
     by_links = np.zeros(len(every))
     if links is not None:

@@ -41,7 +41,8 @@ class Recording:
     samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
     recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
     the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on whole turns that were
-    removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial.
+    removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial; ``by_current`` :
+    joints whose known torque is a recorded current times their motor's constant.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Recording:
     unwrapped: str = ""
     unusual: tuple[tuple[str, float], ...] = ()
     spread: GroupSpread | None = None  # of the samples about the angles; None: each angle is a sample
+    by_current: tuple[int, ...] = ()
 
     @cached_property
     def step(self) -> float:
@@ -268,6 +270,7 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         unwrapped=_jump_message(leg, trial),
         unusual=tuple((name, wide) for name, wide in zip(leg.joint_names, trial.unusual, strict=False) if wide),
         spread=thin.spread,
+        by_current=tuple(names.index(name) for name in trial.by_current),
     )
 
 

@@ -101,7 +101,7 @@ def result_of(
     ``scatter`` (n,) rad, the readings' noise. ``options.intervals``: of the chosen treatment's estimates, from
     ``sensitivities`` or ``bootstrap``; all include the uncertainty of the links, ``options.tolerance``.
     """
-    fitted, widths = _resimulate_all(model, recordings, fitted), link_widths(model.leg, options.tolerance)
+    fitted, widths = _resimulate_all(model, recordings, fitted), link_widths(model.leg, options.tolerance, recordings)
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}

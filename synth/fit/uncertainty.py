@@ -18,6 +18,7 @@ from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.noise import MAD_TO_SD
 from synth.remarks import Remark, at_joint
+from synth.swing.driving_inputs import is_driven
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 from synth.units import significant
@@ -253,7 +254,9 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
     where its joint moves: its torque does not grow with the masses.
     """
     curved = [j for j, joint in enumerate(leg.joints) if joint.damper is not None and joint.damper.curve is not None]
-    scale_known = weighed or any(r.driven or not set(curved).isdisjoint(r.free) for r in recordings)
+    scale_known = weighed or any(
+        is_driven(r.known_torque, r.signals) or not set(curved).isdisjoint(r.free) for r in recordings
+    )
     scale_known = scale_known or len({r.conditions.tip_mass for r in recordings}) > 1
     if scale_known:
         return None

@@ -11,8 +11,10 @@ import pytest
 
 from synth.cli import main
 from synth.comparison.compare_sides import compare, warnings
+from synth.comparison.recorded_sides import from_trials
 from synth.comparison.side import MODEL, RECORDED, ComparedMotion, Side, joints_of
 from synth.files.leg_file import write_leg
+from synth.files.trial_list import Trial
 from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.swing.readings import as_stated
@@ -71,3 +73,19 @@ def test_two_legs_are_compared_in_their_true_motion_and_a_note_says_so(
     )
     written = capsys.readouterr()
     assert "without the errors of encoders" in written.out + written.err
+
+
+@pytest.mark.parametrize("noise", [radians(0.05), radians(0.2)])
+def test_the_recorded_leg_is_as_far_from_its_recording_as_the_noise(noise: float) -> None:
+    """The first samples tell a release's rate to 30 deg/s: the leg itself was five times the noise away, or last."""
+    leg = pendulum()
+    other = leg.with_joints(knee={"spring": Spring(1.2 * 1.02, 0.3)})
+    moved = simulate(leg, [0.9], [0.0], TIMES)
+    for seed in range(4):
+        shaken = moved + noise * np.random.default_rng(seed).standard_normal(moved.shape)
+        motions = from_trials(leg, [Trial("a.csv", TIMES, leg.to_measured(shaken))])
+        recorded = Side("seen", "seen", RECORDED, leg, motions=motions)
+        found = compare([recorded, model(leg, "same"), model(other, "other")])
+        same, other_one = (item.overall for item in found.differences if item.a == 0)
+        assert same == pytest.approx(noise, rel=0.1)
+        assert other_one > same
