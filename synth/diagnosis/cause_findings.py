@@ -120,7 +120,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     explained = judged.verdict in ("effect", "tie")
     named = judged.verdict != "none"
     told = _tell_causes(plant, found, judged, stages.errors)
-    causes = (*told.causes[id(judged.accepted)], *plant.direct_causes) if named else ()
+    causes = (*told.causes[id(judged.accepted)], *_direct_causes(plant, judged)) if named else ()
     tied = tuple(told.causes[id(rival)] for rival in judged.tied)
     explanations = (causes, *tied)
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
@@ -239,6 +239,11 @@ def _predict_stages(
     return StagePredictions(fits, as_designed, before, after, alone, errors, unread)
 
 
+def _direct_causes(plant: Plant[F, T, S], judged: Judgement[F]) -> tuple[Cause, ...]:
+    """The causes that are found directly in the readings, where they matter to what the others leave."""
+    return plant.direct_causes if judged.counts > 0.0 else ()
+
+
 def _chance_of_failure(errors: PredictionErrors) -> float:
     """Probability that the explanation takes too little of the gap on the scored trials."""
     return errors.chance_below(LEAST_UNSEEN_SHARE, LEAST_GAP_RATIO)
@@ -287,7 +292,7 @@ def _rank_causes(
         )
         for item, probability in singles
     ]
-    made += [RankedCause(cause, judged.counts, errors.shrink(DIRECT_LABEL)) for cause in plant.direct_causes]
+    made += [RankedCause(cause, judged.counts, errors.shrink(DIRECT_LABEL)) for cause in _direct_causes(plant, judged)]
     listed = {item.keys[0] for item, _ in singles}
     by_key = {(entry.cause.effect, entry.cause.joint): entry for entry in made}
     for item in (judged.accepted, *judged.tied):
@@ -343,7 +348,7 @@ def _diagnosis_sentence(
     told: _ToldCauses,
 ) -> str:
     several = len(explanations[0]) > 1
-    direct = {(cause.effect, cause.joint) for cause in plant.direct_causes}
+    direct = {(cause.effect, cause.joint) for cause in _direct_causes(plant, judged)}
     common = _common_causes(explanations) | direct if judged.verdict == "tie" else set()
     apart = [[cause for cause in causes if (cause.effect, cause.joint) not in common] for causes in explanations]
     texts = [[plant.cause_text(cause) for cause in causes] for causes in apart]

@@ -16,6 +16,7 @@ UNIFORM_DEVIATION = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distr
 # Counts to either side that noise may carry a reading: it is less than ``UNIFORM_DEVIATION`` of a count.
 COUNTS_BESIDE = 3
 COARSER_RATIO = 2.5  # times the other channels' counts, or noise, from which a count is a cause
+LEAST_SHARE = 0.1  # of the error, as of any cause beside another; a choice
 COARSE_ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, without another channel
 
 
@@ -42,6 +43,20 @@ def coarse_counts(sensor: AngleSensor) -> tuple[CoarseChannel, ...]:
         ):
             found.append(CoarseChannel(j, float(step)))
     return tuple(found)
+
+
+def counts_matter(trials: Sequence[AngleTrial], predictions: Sequence[Array], coarse: Sequence[CoarseChannel]) -> bool:
+    """Whether coarse counts make ``LEAST_SHARE`` of the error that an explanation leaves.
+
+    ``predictions`` (m, n) rad of each trial, not rounded.
+    """
+    rounded = total = 0.0
+    for trial, prediction in zip(trials, predictions, strict=bool(coarse)):
+        away = np.where(trial.counts, prediction - trial.measured, 0.0)
+        total += float(np.nansum(away**2))
+        sizes = [(UNIFORM_DEVIATION * item.step) ** 2 * trial.counts[:, item.joint].sum() for item in coarse]
+        rounded += float(np.sum(sizes))
+    return bool(coarse) and rounded >= (1.0 - (1.0 - LEAST_SHARE) ** 2) * total
 
 
 def usual_noise(sensor: AngleSensor, coarse: Sequence[CoarseChannel]) -> Array:

@@ -15,7 +15,7 @@ from synth.diagnosis.cause_findings import Findings, find_causes
 from synth.diagnosis.companions import with_companions
 from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.encoder_counts import CoarseChannel, coarse_counts, noise_as_read, round_to_counts, usual_noise
+from synth.diagnosis.encoder_counts import coarse_counts, counts_matter, noise_as_read, round_to_counts, usual_noise
 from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.held_out import moved_within_uncertainty
@@ -65,6 +65,7 @@ from synth.swing.stated_effects import COUNTS
 from synth.swing.tolerances import Tolerances
 
 if TYPE_CHECKING:
+    from synth.diagnosis.encoder_counts import CoarseChannel
     from synth.files.trial_list import Trial
 
 MOST_TRAINING = 200  # trials: what they share is then known 14 times as well as from one; .5 s of a processor each
@@ -173,8 +174,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
         """Predictions as channels with coarse counts would read them."""
-        both = zip(self.scored, predicted, strict=True)
-        return tuple(round_to_counts(trial, prediction, self.scene.coarse) for trial, prediction in both)
+        return tuple(round_to_counts(t, p, self.scene.coarse) for t, p in zip(self.scored, predicted, strict=True))
 
     def left_where(
         self, predicted: Sequence[Array], unread: Sequence[Array] = ()
@@ -208,8 +208,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return join_pieces(self.scored, noise_as_read(self.scored, unread, coarse, usual))
 
     def with_direct_causes(self, judged: Judgement[EvaluatedHypothesis]) -> Judgement[EvaluatedHypothesis]:
-        """The verdict with coarse counts included."""
-        return with_coarse_counts(judged, coarse=len(self.scene.coarse) > 0)
+        """The verdict with coarse counts included, where they matter."""
+        left = self.predict(judged.accepted.fit, self.scored) if self.scene.coarse else ()
+        return with_coarse_counts(judged, coarse=counts_matter(self.scored, left, self.scene.coarse))
 
     def shown(
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
