@@ -12,6 +12,7 @@ from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.copies import without_copies
 from synth.fit.damper_laws import DamperLaw, find_damper_law
+from synth.fit.drives_off import drives_off_sentence
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.free_motion_start import recordings_from
@@ -75,12 +76,13 @@ def read_motion(project: LegProject) -> SourceMotion:
     ]
     if driven:
         raise UserError(driven)
+    off = [] if (sentence := drives_off_sentence(project.target)) is None else [sentence]
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
     own, checks, copied = without_copies(*both, str(project.path), "source.trials")
     if project.release == "recorded":
-        return SourceMotion(tuple(own), tuple(checks), project.time_scale, (*project.messages, *copied))
+        return SourceMotion(tuple(own), tuple(checks), project.time_scale, (*project.messages, *off, *copied))
     begun = [from_release(project.source, some) for some in (own, checks)]
-    notes = (*copied, *begun[0].messages, *begun[1].messages)
+    notes = (*off, *copied, *begun[0].messages, *begun[1].messages)
     return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, notes)
 
 

@@ -15,9 +15,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.swing.damper_curves import clamps, thin, torque_at
 from synth.swing.leg_model import Joint
+from synth.units import significant
 
 IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are included in the damper's curve
 LEAST = 1e-9  # of the largest torque, below which a term is dropped
+WORTH_SAYING = 0.02  # of the largest torque: a smaller error of the straight line is not reported
 ROUNDED = 1e-3  # of the largest torque: more than twice what rounding to four digits leaves (test_mjcf_dampers.py)
 SAME_ANGLE = 1e-9  # rad: what a leg file's digits leave
 
@@ -122,13 +124,23 @@ def _exact_terms(joint: Joint) -> DampingTerms | None:
     return DampingTerms(tuple(speed[kept].tolist()), tuple(slope[kept].tolist()), terms, 0.0)
 
 
-def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
-    """The straight line (N m s/rad) nearest to the damper up to ``fastest`` rad/s, and its relative error."""
+def linear_damping(joint: Joint, fastest: float) -> tuple[float, str]:
+    """The straight line (N m s/rad) nearest to the damper up to ``fastest`` rad/s, and its error in words.
+
+    The words are empty for a damper that is a line itself.
+    """
     speed = np.linspace(0.0, fastest, 200)[1:]
     torque = damper_torque(joint, speed)
     rate = float(speed @ torque / (speed @ speed))
     largest = float(np.abs(torque).max())
-    return rate, float(np.abs(rate * speed - torque).max()) / largest if largest > 0.0 else 0.0
+    error = float(np.abs(rate * speed - torque).max()) / largest if largest > 0.0 else 0.0
+    if error <= WORTH_SAYING:
+        return rate, ""
+    slow = rate * speed[0] / float(torque[0]) if torque[0] > 0.0 else np.inf
+    return rate, (
+        f"the damper's torque-speed curve is a straight line here, off by at most {error:.0%} of its largest torque up "
+        f"to {significant(fastest * 30.0 / np.pi, 3)} rpm; in slow motion its torque is {slow:.2g} times the damper's"
+    )
 
 
 def without_held(joint: Joint, names: tuple[str, ...]) -> list[str]:

@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms, lightened
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.robot_bodies import RobotLink, inertial_of
-from synth.files.robot_xml import WORTH_SAYING, RobotFile
+from synth.files.robot_xml import RobotFile
 from synth.swing.leg_model import Joint, Leg
 
 IN_RATE = ("shear_thinning_damping", "quadratic_damping")  # parts of the damper that the straight line stands for
@@ -65,12 +65,8 @@ def _link(joint: Joint) -> list[str]:
 
 def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list[str], list[str]]:
     """The joint's lines, and what they omit."""
-    rate, error = linear_damping(joint, fastest)
-    texts = []
-    if error > WORTH_SAYING:
-        texts.append(
-            f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque"
-        )
+    rate, words = linear_damping(joint, fastest)
+    texts = [words] if words else []
     if lightened(joint):
         texts.append(f"not held, {lightened(joint)}")
     stiffness, target = (0.0, 0.0) if joint.spring is None else (joint.spring.rate, joint.rest)

@@ -26,10 +26,8 @@ from synth.files.robots.gazebo_extensions import REFERENCE, STIFFNESS
 from synth.files.xml_text import nested, xml_text
 from synth.remarks import noted
 from synth.swing.leg_model import Joint, Leg, Link
-from synth.units import significant
 
 SDF_VERSION = "1.9"
-WORTH_SAYING = 0.02  # of the largest torque: a smaller error of the straight line is not reported
 UNLIMITED = 1e3  # N m and rad/s; URDF wants an effort and a velocity where it has limits
 _LINK_END = "_link"
 
@@ -193,13 +191,8 @@ def _sdf_joint(model: Element, joint: Joint, parent: str, child: str, rate: floa
 
 def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
     """Linear damping (N m s/rad), dry friction (N m), and what these two leave out."""
-    rate, error = linear_damping(joint, fastest)
-    messages = []
-    if error > WORTH_SAYING:
-        messages.append(
-            f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque up to "
-            f"{significant(fastest * 30 / pi, 3)} rpm"
-        )
+    rate, words = linear_damping(joint, fastest)
+    messages = [words] if words else []
     if lightened(joint):
         messages.append(f"not held, {lightened(joint)}")
     elif joint.with_rotor:

@@ -7,7 +7,7 @@ the uncertainty of the answer.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import Any
 
@@ -19,10 +19,13 @@ from synth.estimation.intervals import Estimate
 from synth.files.projects import FitProject, LegProject
 from synth.files.trial_list import Trial
 from synth.files.wanted_section import WantedCharacteristics
+from synth.fit.drives_off import drives_off_sentence
 from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.wanted_release import (
     KEYS,
+    LARGEST_EXCURSION,
     LEAST_SWING,
+    SHAPE_ERROR,
     UNITS,
     AskedJoint,
     CharacteristicRelease,
@@ -43,6 +46,8 @@ WORTH_NAMING = 1.5  # ratio of a spring rate's ends from which other legs are na
 class WantedMotion:
     """The leg with the characteristics, its release as a trial, and its actual characteristics, joint by joint.
 
+    ``off`` : of each joint that is asked to swing, its deviation from the wanted oscillation, RMS over that of the
+    oscillation, and of every joint its largest way from rest in amplitudes.
     ``legs`` : with the characteristics, the first is ``leg``. The ends of each rate's 90 % interval are among them.
     """
 
@@ -50,6 +55,7 @@ class WantedMotion:
     trial: Trial
     asked: Mapping[str, WantedCharacteristics]
     shown: Mapping[str, Mapping[str, float]]
+    off: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def leg(self) -> Leg:
@@ -59,7 +65,9 @@ class WantedMotion:
     @property
     def messages(self) -> tuple[str, ...]:
         """A sentence on other legs that show the same, and one on each characteristic that differs from the request."""
-        found = [] if (others := other_legs_sentence(self.legs)) is None else [others]
+        found = self._contradictions()
+        found += [] if (off := drives_off_sentence(self.leg)) is None else [off]
+        found += [] if (others := other_legs_sentence(self.legs)) is None else [others]
         for name, key, asked, shown in _pairs(self.asked, self.shown):
             if abs(shown / asked - 1.0) > UNREPORTED_MISS:
                 words = f"{_article(key)} {key.replace('_', ' ')}"
@@ -71,6 +79,20 @@ class WantedMotion:
                 alone = f"wanted: {name}: with a damping ratio of {ratio:.3g} the joint alone hardly passes its rest"
                 found.append(f"{alone}; moved by the others it does once, by {past:.0%} of its amplitude")
         return tuple(found)
+
+    def _contradictions(self) -> list[str]:
+        """A sentence where a joint shows its figures, but does not move as they describe."""
+        texts = []
+        for name, (shape, way) in self.off.items():
+            if AskedJoint(self.asked[name]).swings and shape > SHAPE_ERROR:
+                texts.append(f"the {name}'s motion is {shape:.0%} (RMS) off the oscillation that is asked")
+            if way > LARGEST_EXCURSION:
+                texts.append(f"the {name} swings to {way:.2g} amplitudes from its rest")
+        if not texts:
+            return []
+        text = f"wanted: the leg shows the figures, but does not move as they describe: {'; '.join(texts)}"
+        remedy = "Look at the responses; ask for other frequencies or dampings, or state the motion as a recording."
+        return [decisive(text, remedy)]
 
     def as_json(self) -> dict[str, Any]:
         """The wanted and the actual characteristics, with the springs and dampers."""
@@ -122,7 +144,9 @@ def wanted_motion(leg: Leg, asked: Mapping[str, WantedCharacteristics], seed: in
     motion = release.motions(found[0].x[None])[0]
     _refuse_far(release, motion)
     legs = tuple(release.leg_of(each.x) for each in found)
-    return WantedMotion(legs, _trial(release.time, motion), asked, release.shown(motion))
+    off = np.stack(release.off_oscillators(motion), axis=1).tolist()
+    ways = {name: (shape, way) for name, (shape, way) in zip(leg.joint_names, off, strict=True)}
+    return WantedMotion(legs, _trial(release.time, motion), asked, release.shown(motion), ways)
 
 
 def _trial(time: Array, angles: Array) -> Trial:

@@ -249,13 +249,22 @@ class CharacteristicRelease:
         if not np.isfinite(motion).all():
             motion = np.full_like(motion, np.pi) + self.rest
         level = (motion - self.rest) / self.amplitude
-        off = level - self.oscillators
-        shape = np.sqrt((off**2).sum(axis=0) / (self.oscillators**2).sum(axis=0))
+        shape, excursion = self.off_oscillators(motion)
         shape /= np.array([SHAPE_ERROR if joint.swings else GUESSED_SHAPE_ERROR for joint in self.joints])
         left = last_tenths(level) / LEAST_SWING
-        beyond = np.maximum(np.abs(level).max(axis=0) - LARGEST_EXCURSION, 0.0) / EXCURSION_ERROR
+        beyond = np.maximum(excursion - LARGEST_EXCURSION, 0.0) / EXCURSION_ERROR
         beyond_range = self._beyond_range(motion)
         return np.concatenate([characteristic, shape, left, beyond, beyond_range, x / RATE_ERROR])
+
+    def off_oscillators(self, motion: Array) -> tuple[Array, Array]:
+        """Of each joint in a motion (m, n) rad, two (n,).
+
+        Its deviation from the wanted oscillation, RMS over that of the oscillation, and its largest way from rest in
+        amplitudes.
+        """
+        level = (motion - self.rest) / self.amplitude
+        square = ((level - self.oscillators) ** 2).sum(axis=0) / (self.oscillators**2).sum(axis=0)
+        return np.asarray(np.sqrt(square)), np.asarray(np.abs(level).max(axis=0))
 
     def _beyond_range(self, motion: Array) -> Array:
         """(n,) how far each joint passes the range that its leg states, in standard deviations.

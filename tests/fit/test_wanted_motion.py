@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from synth.cli import main
+from synth.drives.servo import Servo
 from synth.errors import CannotBeHad
 from synth.files.wanted_section import WantedCharacteristics
 from synth.fit.wanted_motion import wanted_motion
@@ -119,3 +120,24 @@ def test_a_design_accepts_characteristics_instead_of_recordings(
         document["sides"][1]["off_reference"]["overall"]["value"] < 0.05
     )  # the fit follows the motion that shows them
     assert main(["leg", str(path), "--out", str(tmp_path / "dry"), "--dry-run"]) == 0
+
+
+def test_figures_that_do_not_describe_the_motion_are_told() -> None:
+    """A hip six times as stiff as asked, dragged by the knee, showed its frequency on swings of two degrees."""
+    joints = (
+        Joint("hip", Link(0.11, 0.16, 0.045, 2e-4), radians(90.0), 1),
+        Joint("knee", Link(0.115, 0.07, 0.045, 9e-5), pi, -1),
+        Joint("ankle", Link(0.09, 0.025, 0.035, 2e-5), pi, 1, drive=Servo(1.0)),
+    )
+    ratios = {"hip": (100.0, 20.0, 0.3, 3.0), "knee": (120.0, -15.0, 0.3, 4.0), "ankle": (130.0, 15.0, 0.25, 6.0)}
+    asked = {
+        name: WantedCharacteristics(radians(rest), radians(way), ratio, 2.0 * pi * frequency)
+        for name, (rest, way, ratio, frequency) in ratios.items()
+    }
+    first, *others = wanted_motion(Leg("dog", joints), asked).messages
+    assert first.startswith("wanted: the leg shows the figures, but does not move as they describe: the hip's motion")
+    assert "the knee swings to 1." in first
+    assert getattr(first, "severity", "") == "decide"
+    assert "the ankle's drive is taken as off" in others[0]
+    alone = wanted_motion(Leg("hip", joints[:1]), {"hip": asked["hip"]})
+    assert not any("does not move" in text for text in alone.messages)
