@@ -43,8 +43,9 @@ MOST_TIED = 6
 # dominates, and small causes of every kind follow that error: on 40 dirty rigs without a main cause six of seven
 # explanations with a cause that was not there were of three, which took 70 to 93 % (``make blind-rigs``, seed 5050).
 FEW, FROM_NOISE, MOST_OF_MANY, DOMINATES = 2, 0.25, 0.95, 0.5
-# Difference of two weights that lies within the standard error of the bootstrap's draws.
-UNRESOLVED = 0.5 / BOOTSTRAP_DRAWS**0.5
+# Difference of two weights that lies within the standard error of the bootstrap's draws where each draw has one of them
+# alone: the difference is then 1 or -1 in a draw. Of one weight, 0 or 1, it would be half of that.
+UNRESOLVED = 1.0 / BOOTSTRAP_DRAWS**0.5
 PROBABILITY_OF_COUNTS = 0.95  # probability of visible coarse counts; not tuned
 # Probability of an unknown cause if held-out trials surely contradict the explanation: a choice.
 UNKNOWN_IF_CONTRADICTED = 0.9

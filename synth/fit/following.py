@@ -14,9 +14,9 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.estimation.consider import Considered, Coupling, consider
 from synth.fit.diverged_fit import divergence_refused
-from synth.fit.least_squares import Stage, resimulated, sample_weights
+from synth.fit.least_squares import Solution, Stage, Weights, resimulated, sample_weights
 from synth.fit.recordings import Recording
-from synth.fit.trajectories import TrajectoryModel
+from synth.fit.trajectories import Sensitivity, TrajectoryModel
 from synth.threads import shared_out
 
 
@@ -59,14 +59,11 @@ def follow_changes(
     stage = resimulated(model, recordings, stage, 0.0)
     solution, weights, n_common = stage.solution, stage.weights, len(stage.solution.values)
     information = solution.information
-    lanes = solution.lanes or shared_out(
-        lambda t: model.sensitivity(recordings[t], solution.values, solution.locals[t]), len(recordings)
-    )
+    lanes = _lanes(model, recordings, solution)
 
     def one(t: int) -> _ChangedTrial:
-        recording, found, moved = recordings[t], lanes[t], change(t)
-        both = (found.differences() / found.plan.width)[:, :, found.plan.order]
-        root = sample_weights(recording, found.prediction, weights.noise[t], weights.rounding)
+        recording, moved = recordings[t], change(t)
+        both, root = _slopes(lanes[t], recording, weights, t)
         product = _flat(both, root).T @ _flat(moved, root)
         some = asked(recording)
         return _ChangedTrial(Coupling(product[:n_common], product[n_common:]), moved[some], both[some])
@@ -86,3 +83,28 @@ def follow_changes(
 def _flat(slopes: Array, root: Array) -> Array:
     """(k n, c), weighted."""
     return np.asarray((slopes * root[:, :, None]).reshape(root.size, -1))
+
+
+def weighted_sensitivities(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage
+) -> list[tuple[Array, Array]]:
+    """Of each trial, the weighted derivatives (m, n, p + l) of its angles, and the weights (m, n) 1/rad."""
+    lanes = _lanes(model, recordings, stage.solution)
+
+    def one(t: int) -> tuple[Array, Array]:
+        both, root = _slopes(lanes[t], recordings[t], stage.weights, t)
+        return both * root[:, :, None], root
+
+    return shared_out(one, len(recordings))
+
+
+def _lanes(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> Sequence[Sensitivity]:
+    return solution.lanes or shared_out(
+        lambda t: model.sensitivity(recordings[t], solution.values, solution.locals[t]), len(recordings)
+    )
+
+
+def _slopes(found: Sensitivity, recording: Recording, weights: Weights, trial: int) -> tuple[Array, Array]:
+    """The derivatives (m, n, p + l) of a trial's angles by common and own unknowns, and the weights (m, n) 1/rad."""
+    both = (found.differences() / found.plan.width)[:, :, found.plan.order]
+    return both, sample_weights(recording, found.prediction, weights.noise[trial], weights.rounding)

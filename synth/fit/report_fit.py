@@ -17,6 +17,7 @@ from synth.fit.fit_problem import unknowns_of
 from synth.fit.fit_result import FitResult, JointFit, Variant
 from synth.fit.interval_ends import interval_ends
 from synth.fit.interval_sources import sources_of
+from synth.fit.joint_correlation import spread_of
 from synth.fit.known import Known, with_links_and_law
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.left_out_trials import moved_by_one_trial
@@ -105,7 +106,7 @@ def result_of(
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
-    spreads, chosen = {name: covariance(model, each) for name, each in solutions.items()}, solutions[mode]
+    spreads, chosen = {name: spread_of(model, recordings, t.stage) for name, t in treatments.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
     links[mode] = _with_law(fitted.error, links[mode])

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, fitted, releases, robot
-from synth.estimation.intervals import NORMAL90, covariance_of
+from synth.estimation.intervals import NORMAL90
 from synth.fit import report_fit
+from synth.fit.joint_correlation import spread_of
 from synth.fit.least_squares import STALE_STEP, Stage, resimulated
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
@@ -35,8 +36,8 @@ def test_intervals_are_those_of_the_information_at_the_estimates(monkeypatch: py
     for found, exact in zip(solution.predictions, predicted, strict=True):
         np.testing.assert_allclose(found, exact, atol=1e-9)
     stale = Stage(type(solution)(**{**vars(solution), "unsimulated": 2.0 * STALE_STEP}), stage.weights)
-    fresh = resimulated(model, recordings, stale).solution
-    deviation = np.sqrt(np.diag(covariance_of(fresh.information.schur())))
+    fresh = resimulated(model, recordings, stale)
+    deviation = np.sqrt(np.diag(spread_of(model, recordings, fresh)))
     for j, joint in enumerate(result.joints.values()):
         rate = joint.spring_rate
         assert rate.low is not None
