@@ -10,6 +10,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.check.held_channels import held_finding
 from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
 from synth.fit.recordings import Recording
 from synth.swing.leg_model import Leg
@@ -64,7 +65,9 @@ def channel_findings(
     """Frozen channels in each recording; noise, counts and filters of all."""
     found = [f for recording in recordings for f in _frozen_findings(recording.leg or leg, recording, sensor)]
     for j, channel in enumerate(made):
-        found += _coarse_findings(channel)
+        each = [held_finding(recording, j, channel.joint) for recording in recordings if j in recording.free]
+        held = [finding for finding in each if finding is not None]
+        found += held or _coarse_findings(channel)
         if channel.noise is not None:
             found += _filtered_findings(leg.joint_names[j], j, sensor)
     return found
