@@ -74,6 +74,8 @@ class Trial:
         empty: none.
     drive_off
         joints whose drive is stated to be off, its winding open.
+    time_unit
+        of the file's clock, as its header has it; ``time`` is in seconds. Empty in code.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Trial:
     turned: tuple[int, ...] = ()
     drive_off: tuple[str, ...] = ()
     leg_file: str = ""
+    time_unit: str = ""
 
     def __repr__(self) -> str:
         """Name, size and conditions; the samples are in ``time`` and ``angles``."""
@@ -329,6 +332,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         recorded.by_current,
         drive_off=tuple(name for name in leg.joint_names if name in entry.drive_off),
         leg_file=entry.leg or "",
+        time_unit=recorded.time_unit,
     )
 
 

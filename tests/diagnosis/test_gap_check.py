@@ -30,6 +30,7 @@ from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import GapProject, Tolerance
+from synth.files.recording import read_recording
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.reports.openings.check_opening import size_text
@@ -319,10 +320,32 @@ def test_an_inverted_joint_is_detected() -> None:
     assert "knee looks inverted" in faults(found)[0].text
 
 
-def test_seconds_labelled_milliseconds_are_named() -> None:
-    trials = [replace(t, time=t.time / 1000.0) for t in recorded(off(TWO, 3), seed=1)]
+@pytest.mark.parametrize(
+    ("written", "scale", "words", "remedy"),
+    [
+        ("ms", 1e-3, "seconds labelled ms", "time [s]"),
+        ("s", 1e3, "milliseconds labelled s", "time [ms]"),
+        ("us", 1e-3, "milliseconds labelled us", "time [ms]"),
+        ("s", 1e-3, "1 000 times too small", "multiply them by 1 000"),
+        ("", 1e-3, "1 000 times too small", "multiply them by 1 000"),
+        ("s", 1.0 / 60.0, "looks wrong", "its header has [s]"),
+    ],
+)
+def test_the_unit_that_a_clock_has_is_named(written: str, scale: float, words: str, remedy: str) -> None:
+    """By the unit that the header states; where no unit would be right, what to do with the numbers."""
+    trials = [replace(t, time=t.time * scale, time_unit=written) for t in recorded(off(TWO, 3), seed=1)]
     (fault,) = faults(run.check(project(TWO, trials)))
-    assert "seconds labelled ms" in fault.text
+    assert words in fault.text
+    assert remedy in fault.remedy
+
+
+def test_the_unit_of_a_file_s_clock_is_kept(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    rows = "\n".join(f"{k * 10},{30 + k % 3},{40 - k % 2}" for k in range(20))
+    file.write_text(f"time [ms],hip [deg],knee [deg]\n{rows}\n")
+    read = read_recording(file, TWO)
+    assert read.time_unit == "ms"
+    assert read.time[1] == pytest.approx(0.01)
 
 
 def test_too_few_samples_and_coarse_counts_are_named() -> None:
