@@ -320,6 +320,23 @@ def test_an_inverted_joint_is_detected() -> None:
     assert "knee looks inverted" in faults(found)[0].text
 
 
+@pytest.mark.parametrize(("factor", "words"), [(np.radians(1.0), "radians labelled deg"), (np.degrees(1.0), "degrees")])
+def test_angles_in_the_other_unit_are_detected(factor: float, words: str) -> None:
+    trials = [replace(t, angles=t.angles * [1.0, factor]) for t in recorded(off(TWO, 3), seed=1)]
+    (fault,) = faults(run.check(project(TWO, trials)))
+    assert f"the angles of knee look like {words}" in fault.text
+    assert f"knee [{'rad' if factor < 1.0 else 'deg'}]" in fault.remedy
+
+
+def test_another_leg_is_no_other_unit() -> None:
+    """Divided by 57 its motion is near a leg at rest, which is at 0 deg as the encoder has it; that is no fit."""
+    spring = TWO.joints[1].spring
+    assert spring is not None
+    near_zero = TWO.with_joints(knee={"spring": replace(spring, free_angle=0.0), "zero": 0.2})
+    other = near_zero.with_joints(knee={"spring": replace(spring, rate=0.3, free_angle=0.0)})
+    assert faults(run.check(project(near_zero, recorded(other, seed=1)))) == []
+
+
 @pytest.mark.parametrize(
     ("written", "scale", "words", "remedy"),
     [
