@@ -225,6 +225,18 @@ def test_an_effect_at_the_visible_size_leaves_three_deviations() -> None:
     assert np.sqrt(left) == pytest.approx(VISIBLE_SIGNAL, rel=0.25)
 
 
+def test_a_heavier_link_is_no_smaller_than_its_spring_and_damper_let_it_be() -> None:
+    """Mass and inertia larger by a share move as spring and damper smaller by it, of which the tolerances take most.
+
+    With these the signal of a share is at most its deviations of the two, so three deviations are a lower limit.
+    """
+    found = run.check(project(ONE, recorded(ONE, np.array([[0.6], [-0.5], [0.3]]), seed=2, held_out=0)))
+    told, tolerance = showing(found, "link_mass", "knee").visible_from, Tolerance()
+    assert told is not None
+    share = float(np.log1p(told["share"].value))
+    assert np.hypot(share / tolerance.spring, share / tolerance.damper) > 2.9
+
+
 def test_a_damper_that_thins_shows_from_a_few_per_cent_and_is_told_apart_from_more() -> None:
     """Its usual loss, the prior's centre, is half: sizes counted from there said that less than 50 % does not show."""
     found = run.check(project(ONE, recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), held_out=0)))
