@@ -8,6 +8,7 @@ from synth.arrays import Array
 from synth.noise import white_noise
 from synth.sampling import channel_step
 
+SINUSOID_PACE = 0.505  # a sinusoid's pace times its angular frequency, by ``HALF_DEVIATION``
 HALF_DEVIATION = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by this in 0.505 / w
 ORDER = 6  # order of differences that isolate noise
 LEAST_DEVIATION = 5.0  # times its noise, least deviation of a joint for its pace

@@ -31,7 +31,8 @@ class Recorded:
     """The columns of a recording, as in ``Trial``.
 
     ``jumps`` : of each joint by whole turns, which were removed. ``unusual`` : rad that the angles of each joint cover
-    where they were given in radians and this is more than the joint is known to do, else 0.
+    where they were given in radians and this is more than the joint is known to do, else 0. ``time_unit`` : of a file's
+    clock, as its header has it; empty in code.
     """
 
     time: Array
@@ -43,6 +44,7 @@ class Recorded:
     jumps: tuple[int, ...] = ()
     unusual: tuple[float, ...] = ()
     by_current: tuple[str, ...] = ()
+    time_unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,7 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None, off: Sequen
         if array is not None:
             array.flags.writeable = False
     signals = drive_columns.signals(leg, drive_columns.switched_off(leg, columns.values, off), found.time)
-    return replace(found, sha256=table.sha256, signals=signals)
+    return replace(found, sha256=table.sha256, signals=signals, time_unit=units["time"])
 
 
 def checked_columns(columns: Columns, leg: Leg) -> Recorded:

@@ -43,8 +43,7 @@ class Trial:
     velocities
         (n, n_joint) rad/s as recorded, nan where missing; None where no joint has such a column.
     torques
-        (n, n_joint) N m, known torques in the measured angles' positive sense, zero for joints without a column;
-        None if no joint has one.
+        (n, n_joint) N m, known, in the measured angles' sense, 0 for joints without a column; None if none has one.
     locked
         joints held at their recorded angle.
     tip_mass
@@ -54,10 +53,8 @@ class Trial:
         rad, of the base in this trial, added to the leg's own.
     held_out
         never used to fit or to choose, only to score.
-    leg
-        another leg with the same joints, used in this trial; None: the project's.
-    leg_file
-        the file of that leg as the project names it; empty: made in code.
+    leg, leg_file
+        another leg with the same joints, used in this trial, and its file as the project names it; None: the project's.
     signals
         inputs of the joints' servos, commands in measured angles; None if no joint has a servo.
     sha256
@@ -74,6 +71,8 @@ class Trial:
         empty: none.
     drive_off
         joints whose drive is stated to be off, its winding open.
+    time_unit
+        of the file's clock in its header, empty in code; ``time`` is in s.
     """
 
     name: str
@@ -96,6 +95,7 @@ class Trial:
     turned: tuple[int, ...] = ()
     drive_off: tuple[str, ...] = ()
     leg_file: str = ""
+    time_unit: str = ""
 
     def __repr__(self) -> str:
         """Name, size and conditions; the samples are in ``time`` and ``angles``."""
@@ -329,6 +329,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         recorded.by_current,
         drive_off=tuple(name for name in leg.joint_names if name in entry.drive_off),
         leg_file=entry.leg or "",
+        time_unit=recorded.time_unit,
     )
 
 

@@ -30,6 +30,7 @@ from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.gap_project import GapProject, Tolerance
+from synth.files.recording import read_recording
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
 from synth.reports.openings.check_opening import size_text
@@ -224,6 +225,18 @@ def test_an_effect_at_the_visible_size_leaves_three_deviations() -> None:
     assert np.sqrt(left) == pytest.approx(VISIBLE_SIGNAL, rel=0.25)
 
 
+def test_a_heavier_link_is_no_smaller_than_its_spring_and_damper_let_it_be() -> None:
+    """Mass and inertia larger by a share move as spring and damper smaller by it, of which the tolerances take most.
+
+    With these the signal of a share is at most its deviations of the two, so three deviations are a lower limit.
+    """
+    found = run.check(project(ONE, recorded(ONE, np.array([[0.6], [-0.5], [0.3]]), seed=2, held_out=0)))
+    told, tolerance = showing(found, "link_mass", "knee").visible_from, Tolerance()
+    assert told is not None
+    share = float(np.log1p(told["share"].value))
+    assert np.hypot(share / tolerance.spring, share / tolerance.damper) > 2.9
+
+
 def test_a_damper_that_thins_shows_from_a_few_per_cent_and_is_told_apart_from_more() -> None:
     """Its usual loss, the prior's centre, is half: sizes counted from there said that less than 50 % does not show."""
     found = run.check(project(ONE, recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), held_out=0)))
@@ -319,10 +332,49 @@ def test_an_inverted_joint_is_detected() -> None:
     assert "knee looks inverted" in faults(found)[0].text
 
 
-def test_seconds_labelled_milliseconds_are_named() -> None:
-    trials = [replace(t, time=t.time / 1000.0) for t in recorded(off(TWO, 3), seed=1)]
+@pytest.mark.parametrize(("factor", "words"), [(np.radians(1.0), "radians labelled deg"), (np.degrees(1.0), "degrees")])
+def test_angles_in_the_other_unit_are_detected(factor: float, words: str) -> None:
+    trials = [replace(t, angles=t.angles * [1.0, factor]) for t in recorded(off(TWO, 3), seed=1)]
     (fault,) = faults(run.check(project(TWO, trials)))
-    assert "seconds labelled ms" in fault.text
+    assert f"the angles of knee look like {words}" in fault.text
+    assert f"knee [{'rad' if factor < 1.0 else 'deg'}]" in fault.remedy
+
+
+def test_another_leg_is_no_other_unit() -> None:
+    """Divided by 57 its motion is near a leg at rest, which is at 0 deg as the encoder has it; that is no fit."""
+    spring = TWO.joints[1].spring
+    assert spring is not None
+    near_zero = TWO.with_joints(knee={"spring": replace(spring, free_angle=0.0), "zero": 0.2})
+    other = near_zero.with_joints(knee={"spring": replace(spring, rate=0.3, free_angle=0.0)})
+    assert faults(run.check(project(near_zero, recorded(other, seed=1)))) == []
+
+
+@pytest.mark.parametrize(
+    ("written", "scale", "words", "remedy"),
+    [
+        ("ms", 1e-3, "seconds labelled ms", "time [s]"),
+        ("s", 1e3, "milliseconds labelled s", "time [ms]"),
+        ("us", 1e-3, "milliseconds labelled us", "time [ms]"),
+        ("s", 1e-3, "1 000 times too small", "multiply them by 1 000"),
+        ("", 1e-3, "1 000 times too small", "multiply them by 1 000"),
+        ("s", 1.0 / 60.0, "looks wrong", "its header has [s]"),
+    ],
+)
+def test_the_unit_that_a_clock_has_is_named(written: str, scale: float, words: str, remedy: str) -> None:
+    """By the unit that the header states; where no unit would be right, what to do with the numbers."""
+    trials = [replace(t, time=t.time * scale, time_unit=written) for t in recorded(off(TWO, 3), seed=1)]
+    (fault,) = faults(run.check(project(TWO, trials)))
+    assert words in fault.text
+    assert remedy in fault.remedy
+
+
+def test_the_unit_of_a_file_s_clock_is_kept(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    rows = "\n".join(f"{k * 10},{30 + k % 3},{40 - k % 2}" for k in range(20))
+    file.write_text(f"time [ms],hip [deg],knee [deg]\n{rows}\n")
+    read = read_recording(file, TWO)
+    assert read.time_unit == "ms"
+    assert read.time[1] == pytest.approx(0.01)
 
 
 def test_too_few_samples_and_coarse_counts_are_named() -> None:

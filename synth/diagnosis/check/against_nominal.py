@@ -1,4 +1,4 @@
-"""Recordings compared with the designed leg: exchanged or inverted columns show as a much better fit.
+"""Recordings compared with the designed leg: exchanged, inverted or mislabelled columns show as a much better fit.
 
 Known torques, currents, voltages and commands are in the measured angle's sense, as the angle: a joint's ``sign`` turns
 all of them. If only one of the columns is inverted, another ``sign`` is the same leg seen in a mirror.
@@ -21,6 +21,7 @@ from synth.diagnosis.score import score
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo
 from synth.errors import UserError
+from synth.files.turns import widest
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
 from synth.units import significant
@@ -37,6 +38,9 @@ LEAST_ERROR = np.radians(2.0)  # rad RMS from the design below which columns are
 # Either of two changes may be right whose errors are nearer than this factor (a choice, well below LEAST_IMPROVEMENT),
 # or differ by less than this share of the error as recorded: what the check takes to stay unexplained anyway.
 ALIKE, ALIKE_SHARE = 1.5, 0.01
+DEGREE = float(np.radians(1.0))  # rad
+# Joints up to which any of them may be in the other unit at once; of more only one or all: 2^n would be too many.
+FEW_JOINTS = 3
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,7 @@ class _ColumnChange:
 
     ``joints`` : two, whose angles are exchanged, or one, of which ``angle`` and ``inputs`` (known torque, command or
     voltage) are inverted. ``either`` : what is meant where this change and that of the other column fit alike.
+    ``factor`` : other than 1, the angles of all ``joints`` are that many times as large: their unit is another.
     """
 
     joints: tuple[int, ...]
@@ -53,11 +58,14 @@ class _ColumnChange:
     angle: bool = True
     inputs: bool = False
     either: tuple[str, str] | None = None
+    factor: float = 1.0
 
     def of(self, leg: Leg, trial: Trial) -> Trial:
         angles, made = trial.angles.copy(), trial
         j = self.joints[0]
-        if len(self.joints) == 2:
+        if self.factor != 1.0:
+            angles[:, list(self.joints)] *= self.factor
+        elif len(self.joints) == 2:
             angles[:, list(self.joints)] = angles[:, list(self.joints[::-1])]
         elif self.angle:
             angles[:, j] = 2.0 * leg.joints[j].zero - angles[:, j]
@@ -92,20 +100,25 @@ def _with_inputs_inverted(leg: Leg, trial: Trial, j: int) -> Trial:
 
 
 def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Finding]:
-    """Columns that look exchanged or inverted.
+    """Columns that look exchanged, inverted, or labelled with the other unit of angles.
 
     The designed leg predicts each recording from the best-fitting initial state: unchanged, with two columns
-    exchanged, with one inverted about its joint's zero, or with a joint's inputs inverted.
+    exchanged, with one inverted about its joint's zero, with a joint's inputs inverted, or with angles in the other
+    unit. Of these the error counts against the motion: divided by 57, any recording is near a leg at rest.
     """
     chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST_TRIALS]
-    own = _errors_of_design(leg, chosen, bench)
+    errors = _errors_of_design(leg, chosen, bench)
+    chosen = [trial for trial, error in zip(chosen, errors, strict=True) if error > LEAST_ERROR]
+    own = errors[errors > LEAST_ERROR]
+    if not chosen:
+        return []
     changes = _column_changes(leg, chosen)
-    missed = [_errors_of_design(leg, [change.of(leg, trial) for trial in chosen], bench) for change in changes]
+    missed = [_errors_of_change(leg, chosen, change, bench) for change in changes]
     best: dict[tuple[str, str], list[tuple[int, float]]] = {}
     for k, error in enumerate(own):
         limit = min(error / LEAST_IMPROVEMENT, NEAR_DESIGN)
         least = min(((float(each[k]), i) for i, each in enumerate(missed)), default=(np.inf, 0))
-        if error > LEAST_ERROR and least[0] < limit:
+        if least[0] < limit:
             best.setdefault(_meaning(changes, [float(each[k]) for each in missed], least[1], float(error)), []).append(
                 (k, least[0])
             )
@@ -149,7 +162,40 @@ def _column_changes(leg: Leg, trials: Sequence[Trial]) -> list[_ColumnChange]:
             made.append(
                 _ColumnChange((j,), f"{name} looks inverted", "turn the joint's `sign` in the leg file, or its column")
             )
+    return made + _changes_of_unit(names)
+
+
+def _changes_of_unit(names: Sequence[str]) -> list[_ColumnChange]:
+    """Angles of some joints in radians labelled degrees, or in degrees labelled radians."""
+    every = range(len(names))
+    sizes = range(1, len(names) + 1) if len(names) <= FEW_JOINTS else (1, len(names))
+    made = []
+    for joints in (some for size in sizes for some in combinations(every, size)):
+        chosen = [names[j] for j in joints]
+        look = f"the angles of {' and '.join(chosen)} look like"
+        for unit, what, factor in (
+            ("rad", "radians labelled degrees", 1.0 / DEGREE),
+            ("deg", "degrees labelled radians", DEGREE),
+        ):
+            header = ", ".join(f"{name} [{unit}]" for name in chosen)
+            made.append(
+                _ColumnChange(joints, f"{look} {what}", f"correct the unit in the header: {header}", factor=factor)
+            )
     return made
+
+
+def _errors_of_change(leg: Leg, trials: Sequence[Trial], change: _ColumnChange, bench: Workbench) -> Array:
+    """(n_trial,) rad RMS error with this change; infinite where one of the unit does not follow the changed motion."""
+    changed = [change.of(leg, trial) for trial in trials]
+    if change.factor == 1.0:
+        return _errors_of_design(leg, changed, bench)
+    moved = [trial.angles[:, list(change.joints)] for trial in changed]
+    most = np.array([widest(leg.joints[j]) for j in change.joints])  # beyond it no recording is read
+    within = [k for k, angles in enumerate(moved) if np.all(np.nanmax(np.abs(angles), axis=0) < most)]
+    found = np.full(len(trials), np.inf)
+    found[within] = _errors_of_design(leg, [changed[k] for k in within], bench)
+    motion = np.array([float(np.nanmin(np.nanstd(angles, axis=0))) for angles in moved])
+    return np.where(found * LEAST_IMPROVEMENT < motion, found, np.inf)
 
 
 def _changes_of_driven_joint(j: int, name: str, column: str) -> list[_ColumnChange]:

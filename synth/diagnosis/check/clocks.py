@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,7 @@ from synth.diagnosis.check.undersampling import (
     reading_jumps,
 )
 from synth.fit.recordings import Recording
+from synth.pace import SINUSOID_PACE
 from synth.sampling import densest_clock
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
@@ -26,9 +27,10 @@ from synth.units import quantity
 
 HOLE_STEPS = 4.5  # times the usual step, as in ``motion.smoothing``
 MOST_JITTER = 0.2  # of the step, RMS: more jitter suggests wrong time stamps rather than samples
-SINUSOID_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``synth.pace``
 # A clock in ms is wrong by a thousand. Frequencies of a leg with effects lie within a few times the nominal ones.
 OTHER_CLOCK_RATIO = 30.0
+CLOCK_UNITS = {"ns": "nanoseconds", "us": "microseconds", "ms": "milliseconds", "s": "seconds"}  # by thousands
+NEAR_POWER = 1.0  # of the logarithm: a motion up to ten times beyond the leg's own, as effects and tolerances allow
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,14 @@ def describe_sampling(leg: Leg, recording: Recording) -> Sampling:
     return Sampling(recording.name, len(recording.time), step, hole, frequency, designed, against)
 
 
-def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
-    """Faults of the recordings' clocks, individually and relative to the leg."""
-    found = _clock_unit_findings(leg, recordings, made)
+def clock_findings(
+    leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling], units: Mapping[str, str] | None = None
+) -> list[Finding]:
+    """Faults of the recordings' clocks, individually and relative to the leg.
+
+    ``units`` : of recordings' clocks, as their files' headers have it; of others it is not known.
+    """
+    found = _clock_unit_findings(leg, recordings, made, units or {})
     for recording, one in zip(recordings, made, strict=True):
         found += _hole_findings(recording, one)
         found += _jitter_findings(recording, one)
@@ -92,24 +99,25 @@ def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
     return found
 
 
-def _clock_unit_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
+def _clock_unit_findings(
+    leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling], units: Mapping[str, str]
+) -> list[Finding]:
     """Motion far slower or faster than springs, gravity and dampers of the designed leg allow."""
     free = [(r, one) for r, one in zip(recordings, made, strict=True) if not r.driven]
     span = _natural_rates(leg)
     if not free or span is None:
         return []
     slowest, fastest = span
-    groups: dict[str, list[Sampling]] = {}
+    groups: dict[tuple[str, str], list[Sampling]] = {}
     for _, one in free:
         off = _clock_factor(one.frequency, span)
         if off is not None:
-            groups.setdefault(_clock_words(off), []).append(one)
+            groups.setdefault(_clock_words(off, units.get(one.name, "")), []).append(one)
     found = []
-    for unit, group in groups.items():
+    for (looks, remedy), group in groups.items():
         usual = float(np.median([one.frequency for one in group]))
         text = f"the fastest joint moves at about {usual:.2g} Hz; the designed leg moves at {slowest:.2g} to "
-        text += f"{fastest:.2g} Hz. The time looks like {unit}"
-        remedy = "correct the unit in the column's header, such as time [ms]"
+        text += f"{fastest:.2g} Hz. {looks}"
         more = f" and {len(group) - 1} more" if len(group) > 1 else ""
         found.append(Finding("fault", text, remedy, group[0].name + more))
     return found
@@ -121,12 +129,26 @@ def _clock_factor(frequency: float, span: tuple[float, float]) -> float | None:
     return None if 1.0 / OTHER_CLOCK_RATIO < off < OTHER_CLOCK_RATIO else off
 
 
-def _clock_words(off: float) -> str:
-    """The probable clock of a motion ``off`` times as fast as expected."""
-    thousands = round(np.log10(off) / 3.0)
-    return {-1: "milliseconds labelled s", -2: "microseconds labelled s", 1: "seconds labelled ms"}.get(
-        thousands, "wrong"
-    )
+def _clock_words(off: float, written: str) -> tuple[str, str]:
+    """What the time looks like of a motion ``off`` times as fast as expected, and what to do.
+
+    ``written`` : its unit in the file's header, empty if there is none. A unit is named only if a clock has it, and its
+    numbers are off by about the power of a thousand that lies between it and the written one.
+    """
+    power = round(float(np.log10(off)) / 3.0)
+    if power == 0 or abs(float(np.log10(off)) - 3.0 * power) > NEAR_POWER:
+        where = f"; its header has [{written}]" if written else ""
+        return "The time looks wrong", f"find out in which unit the time was recorded{where}"
+    if written in CLOCK_UNITS:
+        place = list(CLOCK_UNITS).index(written) + power
+        if 0 <= place < len(CLOCK_UNITS):
+            unit = list(CLOCK_UNITS)[place]
+            looks = f"The time looks like {CLOCK_UNITS[unit]} labelled {written}"
+            return looks, f"correct the unit in the column's header: time [{unit}]"
+    times = f"{10.0 ** abs(3 * power):,.0f}".replace(",", " ")
+    looks = f"The times look {times} times too {'small' if power > 0 else 'large'}"
+    told = f"; no other unit in the header than [{written}] does that" if written else ""
+    return looks, f"{'multiply' if power > 0 else 'divide'} them by {times}{told}"
 
 
 def _natural_rates(leg: Leg) -> tuple[float, float] | None:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from synth.remarks import severity_of
+from synth.diagnosis.plants.swinging_chain.held_starts import HELD_START
+from synth.remarks import Remark, kind_of, severity_of
 
 Level = Literal["fault", "doubt", "note"]
 LEVELS: tuple[Level, ...] = ("fault", "doubt", "note")
@@ -43,11 +44,15 @@ class Finding:
 
 
 def finding_of_remark(remark: str, recordings: Sequence[str]) -> Finding:
-    """A remark on the trials: for information if it says so, else a doubt; its place taken out of the words."""
-    level: Level = "note" if severity_of(remark) == "note" else "doubt"
+    """A remark on the trials: for information if it says so, else a doubt; its place taken out of the words.
+
+    A recording that starts while the leg is held is a fault: the cause that is found on it is wrong.
+    """
+    level: Level = "note" if severity_of(remark) == "note" else "fault" if kind_of(remark) == HELD_START else "doubt"
     named = [name for name in recordings if remark.startswith(f"{name}: ")]
     place = max(named, key=len, default="")
-    return Finding(level, remark[len(place) + 2 :] if place else str(remark), recording=place)
+    remedy = remark.remedy if isinstance(remark, Remark) else ""
+    return Finding(level, remark[len(place) + 2 :] if place else str(remark), remedy, place)
 
 
 def worst_first(findings: Sequence[Finding]) -> tuple[Finding, ...]:

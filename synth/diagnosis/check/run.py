@@ -69,24 +69,24 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     covered = describe_coverage(leg, learnt)
     names = [trial.name for trial in project.trials]
     findings: list[Finding] = [finding_of_remark(text, names) for text in (*warnings, *more)]
-    findings += clock_findings(leg, recordings, steps)
+    findings += clock_findings(leg, recordings, steps, {trial.name: trial.time_unit for trial in project.trials})
     findings += channel_findings(leg, recordings, found, read)
     findings += coverage_findings(leg, learnt, covered)
     findings += torque_findings(leg, project.trials)
-    if any(finding.level == "fault" for finding in findings):
-        told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
-    else:
+    told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
+    if not _any_fault(findings):
         tell("the recordings against the designed leg")
         compared = describe_channels(leg.joint_names, [trial.recording for trial in scene.given], found)
         bench = _comparison_bench(scene.bench, scene.given, compared)
         findings += column_findings(leg, project.trials, bench)
-        tell("causes that can be separated")
-        at = as_designed(bench)
-        every = candidates(leg, scene.given, natural_sizes_of(leg, scene.given), scene.legs)
-        responses, made = responses_of(bench, at, changed_effects(every))
-        late = estimate_lags(bench, at, responses)
-        findings += lag_findings(late)
-        told = separability(bench, at, responses, made, menu(leg, bench, scene.given))
+        if not _any_fault(findings):
+            tell("causes that can be separated")
+            at = as_designed(bench)
+            every = candidates(leg, scene.given, natural_sizes_of(leg, scene.given), scene.legs)
+            responses, made = responses_of(bench, at, changed_effects(every))
+            late = estimate_lags(bench, at, responses)
+            findings += lag_findings(late)
+            told = separability(bench, at, responses, made, menu(leg, bench, scene.given))
     return Check(
         project.name,
         len(recordings),
@@ -101,6 +101,10 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         UNEXPLAINED_SHARE,
         input_hashes(project),
     )
+
+
+def _any_fault(findings: Sequence[Finding]) -> bool:
+    return any(finding.level == "fault" for finding in findings)
 
 
 def _comparison_bench(bench: Workbench, given: Sequence[AngleTrial], read: Sequence[Channel]) -> Workbench:

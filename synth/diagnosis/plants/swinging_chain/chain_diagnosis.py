@@ -33,6 +33,7 @@ from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
+from synth.diagnosis.plants.swinging_chain.held_starts import doubt_of_held_starts, held_start_remarks, held_starts
 from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_sentences
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
@@ -234,7 +235,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
         hangs = verdict_dependence(self.bench, found, judged, self.calibration, self.freely(found), motion)
-        return hangs.warnings(), hangs.chance
+        return hangs.warnings(), max(hangs.chance, doubt_of_held_starts(self.warnings))
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""
@@ -377,10 +378,8 @@ def scene_of(
 ) -> tuple[Scene, tuple[str, ...]]:
     """Prepared trials without copies, with noise and counts; ``noise`` : a joint's known noise, rad."""
     made = recordings(leg, trials, ())
-    warnings = list(sentences_on_reading(made))
     twice = copies(made, [trial.held_out for trial in trials])
-    for later, earlier in twice:
-        warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))
+    copied = [noted(f"{made[a].name} is a copy of {made[b].name} and is left out") for a, b in twice]
     left_out = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
     prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
@@ -394,6 +393,7 @@ def scene_of(
     legs = TrialLegs.of(leg, [recording.leg for recording in made])
     predictor = Predictor(leg, tolerances, trial_legs=legs)
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
+    warnings = [*held_start_remarks(held_starts(leg, made, found, tolerances)), *sentences_on_reading(made), *copied]
     warnings += [*left_out_sentences(leg, learnt, len(spare), legs), *filter(None, [cut_sentence([*given, *held])])]
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
