@@ -89,9 +89,9 @@ class Servo:
 
 @dataclass(frozen=True)
 class TorqueDrive:
-    """A motor whose current is recorded: its torque is known."""
+    """A drive whose torque is known: of a ``motor`` whose current is recorded, or, without one, as such."""
 
-    motor: GearedMotor
+    motor: GearedMotor | None = None
 
 
 def fed_together(drives: Sequence[Servo | TorqueDrive | None]) -> list[int]:

@@ -111,8 +111,8 @@ class DriveKeys(FileModel):
             raise refusal(text + "; recordings with a column supply [V] use theirs")
         return self
 
-    def drive(self) -> Drive | None:
-        """The drive described by these keys; None: a torque that is known as such, which needs nothing stated.
+    def drive(self) -> Drive:
+        """The drive described by these keys.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class DriveKeys(FileModel):
             gear = keys.gear_ratio, keys.efficiency
             motor = GearedMotor(resistance, keys.torque_constant, *gear, keys.rotor_inertia, keys.inductance)
         if self.kind == "torque":
-            return None if motor is None else TorqueDrive(motor)
+            return TorqueDrive(motor)
         gain_unit, damping_unit = GAIN_UNITS[motor is not None]
         return Servo(
             gain=0.0 if self.gain is None else _gain("gain", self.gain, gain_unit),

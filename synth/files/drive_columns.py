@@ -48,6 +48,7 @@ def _problems_off(table: CsvTable, joint: Joint) -> list[Problem]:
     if joint.drive is None:
         return [Problem(f"{joint.name} has no drive that could be off; leave it out", table.name, key="drive_off")]
     acts = {joint.name + suffix for suffix in (" current", " enabled")}
+    acts |= {f"{joint.name} torque"} if joint.drive == TorqueDrive() else set()  # beside a motor it is another torque
     text = f"is given, though drive_off says that the drive of {joint.name} is off; leave one of them out"
     return [Problem(text, table.name, 1, column.name) for column in table.columns if column.name in acts]
 
@@ -72,7 +73,7 @@ def _columns(joint: Joint) -> tuple[set[str], set[str]]:
     if isinstance(joint.drive, Servo):
         needed = {" voltage"} if joint.drive.open_duty else {" command"}
         return needed, needed | {" enabled"}
-    return set(), {" current"} if isinstance(joint.drive, TorqueDrive) else set()
+    return set(), {" current"} if isinstance(joint.drive, TorqueDrive) and joint.drive.motor is not None else set()
 
 
 def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSignals | None:
@@ -127,7 +128,7 @@ def torques(leg: Leg, values: Mapping[str, Array]) -> dict[str, Array]:
     found = {}
     for joint in leg.joints:
         current = values.get(joint.name + " current")
-        if current is not None and isinstance(joint.drive, TorqueDrive):
+        if current is not None and isinstance(joint.drive, TorqueDrive) and joint.drive.motor is not None:
             found[joint.name] = joint.drive.motor.torque_a_current * current
     return found
 

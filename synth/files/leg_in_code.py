@@ -137,7 +137,7 @@ class _Written:
         motor = given.motor
         if isinstance(motor, GearedMotor):
             self.drive_numbers(motor, (*key, "motor"))
-        elif motor is not None or isinstance(given, TorqueDrive):
+        elif motor is not None:
             self.faults.append((f"{motor!r:.80} is no GearedMotor", (*key, "motor")))
         return drive_text(given) if len(self.faults) == faults else None
 

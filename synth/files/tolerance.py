@@ -89,7 +89,7 @@ def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance
     found = _read(reader, leg, key)
     if leg is None or not any(_has_motor(joint) for joint in leg.joints):
         motors = {f"{key}.{name}" for name in MOTOR_POWERS}
-        if leg is not None and any(isinstance(joint.drive, TorqueDrive) for joint in leg.joints):
+        if leg is not None and any(_has_known_current(joint) for joint in leg.joints):
             motors.remove(f"{key}.torque_constant")
         reader.defaults[:] = [default for default in reader.defaults if default.key not in motors]
     return found
@@ -102,6 +102,11 @@ def check_tolerance(given: Tolerance, place: Document, problems: list[Problem]) 
     for name, own in given.joints.items() if isinstance(given, Tolerance) else ():
         values = {quantity: value for quantity, value in own.items() if quantity in known}
         check_values(JointTolerance, values, place, ("tolerance", name), problems)
+
+
+def _has_known_current(joint: Joint) -> bool:
+    """Whether it is driven by a motor whose current is recorded."""
+    return isinstance(joint.drive, TorqueDrive) and joint.drive.motor is not None
 
 
 def _has_motor(joint: Joint) -> bool:

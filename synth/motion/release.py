@@ -15,6 +15,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.motion.foreign_torque import drive_after
+from synth.motion.hidden_turns import continues, gap_ends, turns
 from synth.motion.local_fits import by_samples
 from synth.motion.smoothing import Smoothed, lost_samples, odd_points, polynomial_noise, smooth
 from synth.swing.leg_model import Leg
@@ -25,7 +26,6 @@ MOVING_SHARE = 0.2  # of the greatest speed (root of twice the kinetic energy); 
 NOISE_FACTOR = 4.0  # times the noise's own speed; less counts as rest too
 BURST = 0.3  # of the greatest speed, reached by a release at least
 PAUSE = 0.06  # s; a shorter stop is ignored
-TURNING = 0.8  # of the velocity's variance over a stop explained by a straight line: a turning swing, not a hold
 LEAD = 0.12  # s before the motion, support of the straight line
 LEFT_OVER = 0.3  # of the speed at the release that must remain, or the cut would remove the motion
 LEAST_SAMPLES = 20  # samples: two local polynomials and the break between them
@@ -117,7 +117,7 @@ def find_release(
 
 def _find_in_view(time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
     """The release, in the view's unit of time."""
-    burst = _last_burst(view)
+    burst = _last_burst(time, rotation, lost, view)
     if burst is None:
         return Release(None, float(time[0]), None, "nothing moves above the noise")
     held = view.smoothed.time[burst[0]] - time[0] >= max(PAUSE, 5 * view.step)
@@ -201,7 +201,7 @@ def _smooth_by_samples(time: Array, rotation: Array, lost: Mask, locked: tuple[i
     return smoothed
 
 
-def _last_burst(view: _View) -> tuple[int, int] | None:
+def _last_burst(time: Array, rotation: Array, lost: Mask, view: _View) -> tuple[int, int] | None:
     """First and last index of the last stretch of motion that could be a release."""
     moving = np.flatnonzero(view.speed > view.threshold)
     if not len(moving):
@@ -209,7 +209,7 @@ def _last_burst(view: _View) -> tuple[int, int] | None:
     stops = [
         int(k)
         for k in np.flatnonzero(np.diff(moving) * view.step > PAUSE)
-        if not _turns(view.smoothed.rate[moving[k] : moving[k + 1] + 1] @ view.root)
+        if not _swings_on(time, rotation, lost, view, (int(moving[k]), int(moving[k + 1])))
     ]
     starts = moving[np.array([0, *(k + 1 for k in stops)])]
     ends = moving[np.array([*stops, len(moving) - 1])]
@@ -222,12 +222,15 @@ def _last_burst(view: _View) -> tuple[int, int] | None:
     return None
 
 
-def _turns(velocity: Array) -> bool:
-    """Whether a stop is the turning point of a swing: its velocity (m, n) runs straight through zero."""
-    line = np.stack([np.ones(len(velocity)), np.linspace(-1.0, 1.0, len(velocity))], axis=1)
-    residual = velocity - line @ np.linalg.lstsq(line, velocity, rcond=None)[0]
-    whole = float(((velocity - velocity.mean(axis=0)) ** 2).sum())
-    return float((residual**2).sum()) < (1.0 - TURNING) * whole
+def _swings_on(time: Array, rotation: Array, lost: Mask, view: _View, stop: tuple[int, int]) -> bool:
+    """Whether a stop, from the last moving index to the next one, is the turning point of a swing, seen or hidden."""
+    first, last = stop
+    if turns(view.smoothed.rate[first : last + 1] @ view.root):
+        return True
+    hidden = gap_ends(view.smoothed.time, view.smoothed.gap, first, last)
+    free = [j for j in range(rotation.shape[1]) if j not in view.locked]
+    noise = view.smoothed.noise[free]
+    return hidden is not None and continues(time, rotation[:, free], lost[:, free], hidden, noise)
 
 
 @dataclass(frozen=True)

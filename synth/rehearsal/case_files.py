@@ -81,7 +81,8 @@ def _known_columns(given: Leg, leg: PlantedLeg, known: tuple[Array, Array]) -> t
     for j in written:
         drive, current = given.joints[j].drive, j in leg.by_current
         heads.append(f"{leg.names[j]} {'current [A]' if current else 'torque [N*m]'}")
-        factor = drive.motor.torque_a_current if current and isinstance(drive, TorqueDrive) else 1.0
+        motor = drive.motor if isinstance(drive, TorqueDrive) else None
+        factor = motor.torque_a_current if current and motor is not None else 1.0
         columns.append(torques[:, j] / factor)
     return heads, np.column_stack(columns) if columns else np.zeros((len(torques), 0))
 

@@ -129,6 +129,7 @@ DRIVES = [
     Servo(2.0, motor=MOTOR, supply=12.0, control_period=1e-3, duty_steps=255.0),
     Servo(0.0, motor=replace(MOTOR, inductance=1e-3), open_duty=1.0),
     TorqueDrive(replace(MOTOR, resistance=inf)),
+    TorqueDrive(),
     None,
 ]
 

@@ -67,6 +67,7 @@ def test_other_joints_give_way() -> None:
     ("drive", "what"),
     [
         (None, "a torque on knee that rises slowly to 0.36 N m in 3 s"),
+        (TorqueDrive(), "a torque on knee that rises slowly to 0.36 N m in 3 s"),
         (TorqueDrive(GearedMotor(np.inf, 0.01, 40.0, 0.9, 0.0)), "a current of knee that rises slowly to 1 A in 3 s"),
         (
             Servo(0.0, motor=GearedMotor(2.0, 0.01, 40.0, 0.9, 0.0), open_duty=1.0),

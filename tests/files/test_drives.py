@@ -77,8 +77,11 @@ def test_a_drive_is_read_and_written(tmp_path: Path, drive: str, wanted: Servo |
 
 
 def test_a_torque_known_as_such_needs_no_motor(tmp_path: Path) -> None:
-    """FORMATS.md shows ``drive: {kind: torque}``; a motor's constant was asked for."""
-    assert read_leg(leg_file(tmp_path, "{kind: torque}")).joints[0].drive is None
+    """FORMATS.md shows ``drive: {kind: torque}``; a motor's constant was asked for. It stays what drives the joint."""
+    leg = read_leg(leg_file(tmp_path, "{kind: torque}"))
+    assert leg.joints[0].drive == TorqueDrive()
+    write_leg(leg, tmp_path / "again.leg.yaml")
+    assert read_leg(tmp_path / "again.leg.yaml").joints[0].drive == TorqueDrive()
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.child import read_in_child
-from synth.motion.importers.foreign_data import Markers
+from synth.motion.importers.foreign_data import Markers, cut_off
 from synth.motion.importers.registry import loader
 
 SIZE_LIMIT = 1_000_000_000  # bytes; the whole file is read into memory
@@ -35,6 +35,7 @@ arrays = {
     "first": float(content["header"]["points"]["first_frame"]),
 }
 """
+MIPS = b"\x56"  # of the processor: 86; the others, 84 and 85, write the low byte first
 # More than 255 points have their names in further parameters (C3D file format, user guide, POINT:LABELS2).
 _LONGER = [f"LABELS{number}" for number in range(2, 10)]
 
@@ -44,17 +45,35 @@ def is_c3d(start: bytes, path: Path) -> bool:
     return len(start) > 512 and start[1:2] == b"\x50" and 2 <= start[0] <= 10  # bytes of a block, the smallest file
 
 
+def _stated_frames(path: Path) -> int:
+    """Frames by the file's own header, of which ``ezc3d`` reads those that are there.
+
+    Words 4 and 5 of the header are the first and last frame, at most 65535, which longer files hold; the parameters'
+    fourth byte tells the order of bytes (C3D file format, user guide).
+    """
+    with path.open("rb") as file:
+        head = file.read(512)
+        file.seek(512 * max(head[0] - 1, 0))
+        parameters = file.read(4)
+    order = ">u2" if parameters[3:] == MIPS else "<u2"
+    first, last = (int(word) for word in np.frombuffer(head[6:10], order))
+    return last - first + 1
+
+
 @loader("c3d", "C3D", is_c3d, "points", space=True, needs=("ezc3d", "c3d"))
 def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
     """Points in space with the file's own rate.
 
     Raises
     ------
-    UserError : the file is not C3D or damaged, or it has no points or no rate.
+    UserError : the file is not C3D, damaged or cut off, or it has no points or no rate.
     """
     if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software", first=2)[1:2] == b"\x50":
         raise UserError(Problem("is not a C3D file: its second byte is not the mark 50h", name))
     content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
+    stated = _stated_frames(path)
+    if content["points"].shape[2] < stated:
+        raise UserError(cut_off(stated, content["points"].shape[2], "frames", name))
     names = tuple(str(label).strip() for label in content["labels"])
     positions: Array = content["points"].transpose(2, 1, 0).copy()
     if not names or positions.shape[0] < 2:

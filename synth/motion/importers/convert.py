@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import TorqueDrive
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.files.log_clock import LogClock
@@ -114,7 +115,7 @@ def import_file(
     time = clock.time
     cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
     notes += cleaned.notes
-    moved = any(joint.drive is not None for joint in leg.joints)
+    moved = any(joint.drive not in (None, TorqueDrive()) for joint in leg.joints)
     _refuse_cut(cut, "the leg is driven" if moved else "", name)
     inputs: tuple[DriveInput, ...] = ()
     if isinstance(source, Channels):
@@ -122,6 +123,7 @@ def import_file(
         inputs += velocities(source, leg, mapping, time, cleaned.angles, notes)
         notes += unused_columns(source, leg, mapping, inputs, notes)
     pushed = _known_torques(inputs)
+    moved = moved or _driven_by_torque(leg, inputs, notes)
     _refuse_cut(cut, f"a known torque acts ({name_list(pushed)})" if pushed else "", name)
     release = None if window is not None or moved else _release(time, cleaned.angles, leg, notes)
     if release is not None and pushed:
@@ -157,6 +159,17 @@ def _refuse_cut(cut: Cut, why: str, name: str) -> None:
 def _known_torques(inputs: Sequence[DriveInput]) -> list[str]:
     """Columns of torques that are not 0 throughout."""
     return [each.column for each in inputs if each.title.endswith(" torque [N*m]") and np.nan_to_num(each.value).any()]
+
+
+def _driven_by_torque(leg: Leg, inputs: Sequence[DriveInput], notes: list[str]) -> bool:
+    """Whether a known torque acts that is a joint's ``drive``; a note tells of such a drive without a torque."""
+    drives = [joint.name for joint in leg.joints if joint.drive == TorqueDrive()]
+    by_title = {each.title.removesuffix(" torque [N*m]"): each for each in inputs}
+    for joint in drives:
+        if joint not in by_title:
+            text = f"no torque of the drive of {joint} in the file: taken as free there; if it acted, name the column "
+            notes.append(f"{text}of its torque in a project, joints: {{{joint}: {{column: NAME, torque: NAME}}}}")
+    return bool(_known_torques([by_title[joint] for joint in drives if joint in by_title]))
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:

@@ -52,11 +52,12 @@ class DriveInput:
 def accepted_inputs(joint: Joint) -> tuple[set[str], set[str]]:
     """Names in ``DRIVEN`` of the inputs of which a joint's drive needs one, and of its optional inputs.
 
-    Without a drive a joint takes a known torque. A servo's torque column is its own motor's, which the model tells.
+    A joint without a drive, or with one whose torque is known as such, takes a known torque; a file without that was
+    recorded free. A servo's torque column is its own motor's, which the model tells.
     """
     if isinstance(joint.drive, Servo):
         return ({"voltage"} if joint.drive.open_duty else {"command"}), {"enabled"}
-    return ({"current", "torque"}, set()) if isinstance(joint.drive, TorqueDrive) else (set(), {"torque"})
+    return (set(), {"torque"}) if joint.drive in (None, TorqueDrive()) else ({"current", "torque"}, set())
 
 
 def drive_inputs(
@@ -104,7 +105,7 @@ def _of_joint(source: Channels, joint: Joint, column: JointColumn) -> Iterator[t
     # An effort of a joint without a drive is what a robot's driver reports, zeros or noise; a torque is a known one.
     words = WORDS if joint.drive is not None else {"torque": ("torque",)}
     if foreign:
-        kind = "none" if joint.drive is None else "one that takes " + " or ".join(sorted(one_of))
+        kind = "none" if joint.drive is None else "one that takes " + " or ".join(sorted(one_of or besides))
         text = (
             f"{joint.name}: its drive in the leg file ({kind}) takes no {foreign[0]}; leave it out, or change the drive"
         )

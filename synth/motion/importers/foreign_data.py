@@ -140,6 +140,12 @@ def states_otherwise(text: str, count: int) -> bool:
     return text.isascii() and text.isdigit() and (text.lstrip("0") or "0") != str(count)
 
 
+def cut_off(stated: str | int, found: int, what: str, name: str) -> Problem:
+    """The message on a file whose header states another number of ``what``, such as rows, than it has."""
+    text = f"its header says {stated} {what} and there are {found}: the file is cut off or was edited; copy or export "
+    return Problem(text + "it again, or correct its header", name)
+
+
 def same_name(one: str, other: str) -> bool:
     """Equal except for case, blanks, underscores and a path before the name."""
     return _parts(one)[-1] == _parts(other)[-1]

@@ -17,7 +17,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
-from synth.motion.importers.foreign_data import Markers, states_otherwise
+from synth.motion.importers.foreign_data import Markers, cut_off, states_otherwise
 from synth.motion.importers.registry import loader, text_start
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
@@ -37,7 +37,7 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : an invalid header, a wrong number of markers, a cell that is not a number, or clocks that differ.
+    UserError : an invalid header, another number of markers or frames, a cell that is no number, or clocks that differ.
     """
     lines = text_start(read_bytes(path, SIZE_LIMIT, "cut it in the capture software")).splitlines()
     if len(lines) < 7:
@@ -66,6 +66,8 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
                     values[k, c] = float(cell)
                 except ValueError:
                     raise UserError(Problem(f'"{cell[:40]}" is not a number', name, numbers[k])) from None
+    if states_otherwise(stated := settings.get("NumFrames", "").strip(), len(values)):
+        raise UserError(cut_off(stated, len(values), "frames", name))
     if len(values) < 2 or not np.isfinite(values[:, 0]).all() or (np.diff(values[:, 0]) <= 0).any():
         raise UserError(Problem("has frames without a number, or not in order", name))
     positions = values[:, 2:].reshape(len(values), len(names), 3).copy()

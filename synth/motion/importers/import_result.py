@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import synth
+from synth.drives.servo import TorqueDrive
 from synth.errors import UserError
 from synth.files.import_project import ForeignFile, ImportProject
 from synth.files.leg_file import write_leg
@@ -107,8 +108,8 @@ def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
 
 
 def project_file(leg: Leg) -> str:
-    """The project that is written: a fit, or for a leg whose joints are driven a gap, which needs no springs."""
-    return GAP if any(joint.drive is not None for joint in leg.joints) else FIT
+    """The project that is written: a fit, or for a leg with motors or servos a gap, which needs no springs."""
+    return GAP if any(joint.drive not in (None, TorqueDrive()) for joint in leg.joints) else FIT
 
 
 def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Path) -> None:

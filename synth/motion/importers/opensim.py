@@ -13,7 +13,7 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
-from synth.motion.importers.foreign_data import Channels, states_otherwise
+from synth.motion.importers.foreign_data import Channels, cut_off, states_otherwise
 from synth.motion.importers.registry import loader, text_start, utf8
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
@@ -55,8 +55,7 @@ def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
     for key, found, what in (("nrows", len(values), "rows"), ("ncolumns", len(labels), "columns")):
         messages = header.get(key, header.get(key.replace("n", "data", 1)))
         if states_otherwise(messages or "", found):
-            text = f"its header says {messages} {what} and there are {found}: the file is cut off or was edited"
-            raise UserError(Problem(text, name))
+            raise UserError(cut_off(messages or "", found, what, name))
     unit = "deg" if in_degrees else "rad"
     note = f"inDegrees={'yes' if in_degrees else 'no'}: angles are read in {unit}"
     units = (unit,) * (len(labels) - 1)

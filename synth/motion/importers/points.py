@@ -170,7 +170,8 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
     """(n, n_point, 2) in the upright plane that fits the points best; the note states their distance from it.
 
     The plane contains the axis ``up``; its normal is the horizontal direction in which the points vary least about
-    their mean in each frame and over all frames (least squares, smallest eigenvalue of their covariance). To the right
+    their mean in each frame and over all frames (least squares, smallest eigenvalue of their covariance). Points of
+    links that are far too long or short in a frame, such as unseen ones written as 0, 0, 0, do not count. To the right
     is the side on which the nearest axis of space grows.
     """
     match = _AXIS.fullmatch(up.strip().casefold())
@@ -178,13 +179,16 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
         raise UserError(Problem(f'"{up}" is not an axis: write x, y or z, such as [fit, z]', markers.name, key="plane"))
     vertical = "xyz".index(match[2])
     level = [index for index in range(3) if index != vertical]
-    known = space[np.isfinite(space).all(axis=2)][:, level]
+    length = np.linalg.norm(np.diff(space, axis=1), axis=2)
+    middle = np.nanmedian(length, axis=0)
+    wrong = np.pad(_wrong_lengths(length, middle)[0], ((0, 0), (1, 1)))
+    known = space[np.isfinite(space).all(axis=2) & ~(wrong[:, :-1] | wrong[:, 1:])][:, level]
     centred = known - known.mean(axis=0)
     spread, ways = np.linalg.eigh(centred.T @ centred / len(centred))
     right = ways[:, 1]
     right = right * np.sign(right[int(np.argmax(np.abs(right)))])
     away = centred @ ways[:, 0]
-    limb = float(np.nansum(np.nanmedian(np.linalg.norm(np.diff(space, axis=1), axis=2), axis=0)))
+    limb = float(np.nansum(middle))
     off = float(np.sqrt(np.mean(away**2)))
     unit = f" {markers.unit}" if markers.unit else ""
     where = ", ".join(f"{value:+.3f} {'xyz'[index]}" for value, index in zip(right, level, strict=True))
@@ -200,9 +204,7 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
 
 def _misplaced_links(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
     """(n, n_link) True if a link is so long or short that one of its points must be wrong."""
-    off = np.abs(length - middle)
-    spread = MAD_TO_SD * np.nanmedian(off, axis=0)
-    wrong = off > np.maximum(STRETCH * middle, SPREADS * spread)
+    wrong, spread = _wrong_lengths(length, middle)
     for i, name in enumerate(leg.joint_names):
         if wrong[:, i].any():
             limit = max(STRETCH, SPREADS * spread[i] / middle[i])
@@ -212,6 +214,13 @@ def _misplaced_links(length: Array, middle: Array, leg: Leg, notes: list[str]) -
             text = f"the link below the {name} changes its length by {spread[i] / middle[i]:.0%} (SD): it leaves the "
             notes.append(f"{text}plane, or a point slides on the skin")
     return np.asarray(wrong)
+
+
+def _wrong_lengths(length: Array, middle: Array) -> tuple[Mask, Array]:
+    """(n, n_link) True where a link's ``length`` differs too much from its ``middle`` one; its robust SD (n_link,)."""
+    off = np.abs(length - middle)
+    spread = MAD_TO_SD * np.nanmedian(off, axis=0)
+    return off > np.maximum(STRETCH * middle, SPREADS * spread), spread
 
 
 def _scale(middle: Array, leg: Leg, notes: list[str]) -> float:

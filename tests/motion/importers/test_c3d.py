@@ -63,6 +63,26 @@ def test_unseen_points_stay_missing(tmp_path: Path) -> None:
     assert any(note.startswith("ankle: 15 of 300 samples are missing") for note in found.notes)
 
 
+def test_a_file_cut_off_by_a_copy_is_refused(tmp_path: Path) -> None:
+    """ezc3d reads what is there: half of the motion was imported without a word."""
+    path = written(tmp_path / "a.c3d", in_space(angles()[1]))
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(UserError, match=r"its header says 300 frames and there are \d+: the file is cut off"):
+        imported(path)
+
+
+def test_unseen_points_written_as_zeros_do_not_turn_the_fitted_plane(tmp_path: Path) -> None:
+    space = in_space(angles()[1])
+    fit = Mapping(points=MAPPING.points, plane=("fit", "z"))
+    plain = imported(written(tmp_path / "a.c3d", space), fit)
+    space[30:45] = space[60:70, 1] = 0.0
+    found = imported(written(tmp_path / "b.c3d", space), fit)
+    seen = np.isfinite(found.angles).all(axis=1)
+    assert (~seen).sum() == 25
+    np.testing.assert_allclose(found.angles[seen], plain.angles[seen], atol=1e-5)  # 4-byte floats of 1500 mm
+
+
 def test_the_plane_must_be_stated_and_a_wrong_one_is_reported(tmp_path: Path) -> None:
     path = written(tmp_path / "a.c3d", in_space(angles()[1]))
     with pytest.raises(UserError, match=r"give the axes to the right and up .* \(x \S+ mm, y \S+ mm, z \S+ mm, SD\)"):

@@ -136,6 +136,23 @@ def test_current_and_torque_of_a_torque_drive(folder: Path) -> None:
     np.testing.assert_allclose(found.torques, [[0.3, 0.7]] * 60)
 
 
+@pytest.mark.parametrize("effort", [0.7, 0.0])
+def test_efforts_of_a_drive_whose_torque_is_known_as_such(folder: Path, effort: float) -> None:
+    """They were "not used", and the motion was told to be free of external torques."""
+    (folder / "robot.leg.yaml").write_text(LEG.format(drive="{kind: torque}"))
+    values = effort * np.sin(5.0 * TIME)
+    log_csv(folder, "time [s],hip_joint [rad],knee_joint [rad],knee_joint effort [N*m]", ANGLES, values)
+    assert main(["-q", "import", str(project(folder, "log.csv", hip=", sign: -1")), "--out", str(folder / "out")]) == 0
+    assert (folder / "out" / "fit.yaml").exists()  # no motor or servo to diagnose
+    notes = " ".join(json.loads((folder / "out" / "import.json").read_text())["trials"][0]["notes"])
+    found = read_recording(folder / "out" / "trials" / "log.csv", read_leg(folder / "robot.leg.yaml"))
+    assert "knee torque: from knee_joint effort" in notes
+    assert "no torque of the drive of hip in the file: taken as free there" in notes
+    assert ("no external torque after that" in notes) == (effort == 0.0)
+    assert found.torques is not None
+    np.testing.assert_allclose(found.torques[:, 1], values[-len(found.time) :])
+
+
 def test_a_voltage_has_the_sign_of_the_angle(folder: Path) -> None:
     (folder / "robot.leg.yaml").write_text(LEG.format(drive=f"{{kind: voltage, {MOTOR}}}"))
     header = "time [s],hip_joint [rad],knee_joint [rad],hip_joint voltage [V],knee_joint voltage [V]"

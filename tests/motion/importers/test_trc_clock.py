@@ -42,6 +42,12 @@ def written(rate: float, digits: int = 5) -> list[str]:
     return [f"{k / rate:.{digits}f}" for k in AT]
 
 
+def test_a_file_cut_off_by_a_copy_is_refused(tmp_path: Path) -> None:
+    path = trc(tmp_path / "a.trc", "200", AT[:30] + 1, written(200.0)[:30])
+    with pytest.raises(UserError, match="its header says 60 frames and there are 30: the file is cut off"):
+        read_trc(path, Mapping(), "a.trc")
+
+
 def test_time_is_the_clock_of_a_thinned_file_whose_frames_count_on(tmp_path: Path) -> None:
     time, found = clock(trc(tmp_path / "a.trc", "200", 4 * AT + 1, written(200.0)))
     np.testing.assert_allclose(time, AT / 200.0, atol=1e-9)

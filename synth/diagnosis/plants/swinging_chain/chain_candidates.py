@@ -327,7 +327,7 @@ def _properties_of_joint(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> 
     moved = drive is not None or "torque" in found
     if moved and leg.joints[joint].with_whole_rotor > 0.0 and found.isdisjoint({"spring", "damper"}):
         found.add("driven rotor")
-    found |= {"recorded current"} if isinstance(drive, TorqueDrive) and "torque" in found else set()
+    found |= {"recorded current"} if isinstance(drive, TorqueDrive) and drive.motor and "torque" in found else set()
     if isinstance(drive, Servo):
         found |= {"servo"} if drive.gain else set()
         found |= {"held commands"} if drive.gain and not drive.linear_commands else set()

@@ -110,7 +110,7 @@ def _off_text(names: Sequence[str]) -> str:
 def _ramp_text(joint: Joint, torque: float) -> str:
     """A slowly rising ``torque`` (N m, measured sense), told as what the drive of the joint takes."""
     drive = joint.drive
-    if isinstance(drive, TorqueDrive):
+    if isinstance(drive, TorqueDrive) and drive.motor is not None:
         ampere = torque / drive.motor.torque_a_current
         return f"a current of {joint.name} that rises slowly to {ampere:.3g} A in {TRIAL_LENGTH:g} s and is recorded"
     if isinstance(drive, Servo) and drive.open_duty and drive.motor is not None:

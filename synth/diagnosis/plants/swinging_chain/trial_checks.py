@@ -199,7 +199,7 @@ def _driven_trials(leg: Leg, trials: Sequence[Trial]) -> list[str]:
 
 
 def _currents_not_recorded(leg: Leg, trials: Sequence[Trial]) -> list[str]:
-    """Joints that a motor drives by a recorded current, in trials that have neither that nor a torque: free there."""
+    """Joints with a drive of known torque, in trials that have neither a torque nor a current of it: free there."""
     said = list[str]()
     for joint in leg.joints:
         if not isinstance(joint.drive, TorqueDrive):
@@ -207,8 +207,9 @@ def _currents_not_recorded(leg: Leg, trials: Sequence[Trial]) -> list[str]:
         held = {trial.name for trial in trials if joint.name in (*trial.locked, *trial.drive_off)}
         free = [t.name for t in trials if t.name not in held and joint.name not in _torque_joints(leg, t)]
         if free:
-            text = f"no current of its drive in {some_names(free)}: free there. If it was off, write drive_off: "
-            text += f'[{joint.name}] beside the file; otherwise add the column "{joint.name} current [A]"'
+            what, unit = ("torque", "N*m") if joint.drive.motor is None else ("current", "A")
+            text = f"no {what} of its drive in {some_names(free)}: free there. If it was off, write drive_off: "
+            text += f'[{joint.name}] beside the file; otherwise add the column "{joint.name} {what} [{unit}]"'
             said.append(at_joint(joint.name, decisive(text)))
     return said
 
