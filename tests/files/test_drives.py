@@ -226,6 +226,7 @@ def test_a_drive_that_is_off_needs_no_column_of_it(tmp_path: Path) -> None:
         ("{kind: voltage, " + MOTOR + "}", "", "arn", "no joint of the leg; did you mean arm"),
         ("{kind: voltage, " + MOTOR + "}", ",arm enabled [1]", "arm", "is given, though drive_off says"),
         ("{kind: torque, " + MOTOR + "}", ",arm current [A]", "arm", "is given, though drive_off says"),
+        ("{kind: torque}", ",arm torque [N*m]", "arm", "is given, though drive_off says"),
         ("null", "", "arm", "has no drive that could be off"),
     ],
 )
