@@ -258,3 +258,19 @@ def test_a_wrong_hopper_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
 def test_another_kind_of_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(EXAMPLES / "fit" / "fit.yaml")]) == 2
     assert "hopper" in capsys.readouterr().err
+
+
+def test_the_other_engine_s_step_is_fine_enough_for_a_deep_crouch(tmp_path: Path) -> None:
+    """MuJoCo's own step error of 0.15 mm failed a sound leg."""
+    pytest.importorskip("mujoco")
+    head = "part,vendor,gear_ratio [1],voltage [V],no_load_speed [rpm],stall_torque [N*m],stall_current [A],"
+    row = "acme,50,12,400,0.6,3,0.15,40,0.5,me"
+    (tmp_path / "motors.csv").write_text(
+        f"{head}no_load_current [A],mass [g],torque_limit [N*m],source\nMY1,{row}\nMY2,{row}\n"
+    )
+    (tmp_path / "hopper.yaml").write_text(
+        "kind: hopper-design\nmodel: D\nmotors: {use: [MY1], catalogs: [motors.csv], supply: 11.1 V, gearbox: warn}\n"
+        "lengths: {least: 60 mm, most: 120 mm, step: 20 mm}\n"
+        "leg: {hip_spacing: 20 mm, structure_mass: 60 g, bending: none, crouch: 45 deg, extended: 15 deg}\n"
+    )
+    assert main(["check", str(tmp_path / "hopper.yaml"), "-q"]) == 0
