@@ -145,8 +145,8 @@ def links_json(tolerance: Tolerance, leg: Leg) -> dict[str, Any]:
     """The uncertainty of each joint's link and motor for ``fit.json``, as standard deviations."""
     found: dict[str, Any] = {}
     for joint in leg.joints:
-        one, by_current = tolerance.of_joint(joint.name), isinstance(joint.drive, TorqueDrive)
-        motor = tuple(MOTOR_POWERS) if _has_motor(joint) else ("torque_constant",) if by_current else ()
+        one = tolerance.of_joint(joint.name)
+        motor = tuple(MOTOR_POWERS) if _has_motor(joint) else ("torque_constant",) if _has_known_current(joint) else ()
         found[joint.name] = {item: quantity(getattr(one, item), "%") for item in (*LINK_QUANTITIES, *motor)}
     return found
 
