@@ -11,7 +11,7 @@ from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg
 from synth.swing.readings import as_stated, stated_readings
 
-MOST_STEPS = 12  # of the search for the state; three or four are usual
+MOST_STEPS = 12  # of the search for the state; it ends after five to nine on simulated releases
 RESOLVED = 1e-3  # rad, a usual sensor's noise: in which the deviations from a recording are counted
 STEP, RATE_STEP = 1e-4, 1e-3  # rad and rad/s, of the derivatives by the initial state
 WITHIN = 2.0  # standard deviations of the first samples' start, in which a leg's own start may lie; a choice

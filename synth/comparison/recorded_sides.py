@@ -16,7 +16,6 @@ from synth.files.csv_table import CsvTable, read_table
 from synth.files.output import stems
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording, recordings
-from synth.motion.first_state import first_state
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 from synth.units import factor
@@ -38,9 +37,7 @@ def _from_recording(recording: Recording) -> ComparedMotion:
     locked = list(recording.conditions.locked)
     rotation = np.where(recording.counts, recording.rotation, np.nan)
     rotation[:, locked] = recording.rotation[:, locked]
-    found = first_state(
-        recording.time, recording.rotation, recording.counts, recording.smoothed.noise, unit=recording.unit
-    )
+    found = recording.first_samples
     start, rate = found.angle.copy(), found.rate.copy()
     start[locked], rate[locked] = recording.rotation[0, locked], 0.0
     return ComparedMotion(

@@ -76,7 +76,7 @@ def read_motion(project: LegProject) -> SourceMotion:
     ]
     if driven:
         raise UserError(driven)
-    off = [] if (sentence := drives_off_sentence(project.target)) is None else [sentence]
+    off = [] if (text := drives_off_sentence(project.target)) is None or text in project.messages else [text]
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
     own, checks, copied = without_copies(*both, str(project.path), "source.trials")
     if project.release == "recorded":

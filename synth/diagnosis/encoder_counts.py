@@ -50,13 +50,15 @@ def counts_matter(trials: Sequence[AngleTrial], predictions: Sequence[Array], co
 
     ``predictions`` (m, n) rad of each trial, not rounded.
     """
+    if not coarse:
+        return False
     rounded = total = 0.0
-    for trial, prediction in zip(trials, predictions, strict=bool(coarse)):
+    for trial, prediction in zip(trials, predictions, strict=True):
         away = np.where(trial.counts, prediction - trial.measured, 0.0)
         total += float(np.nansum(away**2))
         sizes = [(UNIFORM_DEVIATION * item.step) ** 2 * trial.counts[:, item.joint].sum() for item in coarse]
         rounded += float(np.sum(sizes))
-    return bool(coarse) and rounded >= (1.0 - (1.0 - LEAST_SHARE) ** 2) * total
+    return rounded >= (1.0 - (1.0 - LEAST_SHARE) ** 2) * total
 
 
 def usual_noise(sensor: AngleSensor, coarse: Sequence[CoarseChannel]) -> Array:

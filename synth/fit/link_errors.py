@@ -19,7 +19,7 @@ from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
 from synth.fit.following import follow_changes
 from synth.fit.least_squares import Stage
-from synth.fit.recordings import Recording
+from synth.fit.recordings import Recording, joints_by_current
 from synth.fit.static_points import Balance, balances
 from synth.fit.trajectories import Index, Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
@@ -101,13 +101,6 @@ def link_widths(leg: Leg, tolerance: Tolerance | None, recordings: Sequence[Reco
     found = tolerance.widths(leg, joints_by_current(recordings))
     found[[k for k, name in enumerate(QUANTITIES) if name not in WORDS]] = 0.0
     return found
-
-
-def joints_by_current(recordings: Sequence[Recording]) -> list[int]:
-    """Joints whose torque is a recorded current times their motor's constant wherever one is known."""
-    known = [(recording, recording.known_torque[1]) for recording in recordings if recording.known_torque is not None]
-    driven = {j for _, torque in known for j in np.flatnonzero(torque.any(axis=0)).tolist()}
-    return sorted(j for j in driven if all(j in recording.by_current for recording, t in known if t[:, j].any()))
 
 
 def _moved_legs(leg: Leg, numbers: Index, by_current: Sequence[int]) -> list[tuple[LegLanes, int]]:

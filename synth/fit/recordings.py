@@ -99,6 +99,13 @@ class Recording:
         return self.smoothed.rate[0], largest + self.smoothed.noise / self.step + 1e-6
 
     @cached_property
+    def first_samples(self) -> FirstState:
+        """The state at the release as the first samples alone tell it."""
+        # Rounding to counts is detected from a joint's smallest difference over a series only; here the
+        # scatter suffices.
+        return first_state(self.time, self.rotation, self.counts, self.smoothed.noise, unit=self.unit)
+
+    @cached_property
     def start(self) -> FirstState:
         """The state at the release from the first samples, with its uncertainty: the prior of a trial's start in a fit.
 
@@ -109,9 +116,7 @@ class Recording:
         sample, the samples show the slow motion that follows and not the rate before it, which may have been zero: a
         smaller deviation would bias the start of every trial the same way, and k and b with it.
         """
-        # Rounding to counts is detected from a joint's smallest difference over a series only; here the
-        # scatter suffices.
-        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise, unit=self.unit)
+        found = self.first_samples
         rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / self.step + 1e-6
         return replace(found, angle_deviation=found.angle_deviation + 1e-6, rate_deviation=rate)
 
@@ -272,6 +277,13 @@ def _read_recording(leg: Leg, trial: Trial) -> Recording:
         spread=thin.spread,
         by_current=tuple(names.index(name) for name in trial.by_current),
     )
+
+
+def joints_by_current(recordings: Sequence[Recording]) -> list[int]:
+    """Joints whose torque is a recorded current times their motor's constant wherever one is known."""
+    known = [(recording, recording.known_torque[1]) for recording in recordings if recording.known_torque is not None]
+    driven = {j for _, torque in known for j in np.flatnonzero(torque.any(axis=0)).tolist()}
+    return sorted(j for j in driven if all(j in recording.by_current for recording, t in known if t[:, j].any()))
 
 
 def _jump_message(leg: Leg, trial: Trial) -> str:

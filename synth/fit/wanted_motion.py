@@ -46,8 +46,8 @@ WORTH_NAMING = 1.5  # ratio of a spring rate's ends from which other legs are na
 class WantedMotion:
     """The leg with the characteristics, its release as a trial, and its actual characteristics, joint by joint.
 
-    ``off`` : of each joint that is asked to swing, its deviation from the wanted oscillation, RMS over that of the
-    oscillation, and of every joint its largest way from rest in amplitudes.
+    ``off`` : of each joint, its deviation from the wanted oscillation, RMS over that of the oscillation, and its
+    largest way from rest in amplitudes.
     ``legs`` : with the characteristics, the first is ``leg``. The ends of each rate's 90 % interval are among them.
     """
 

@@ -15,10 +15,9 @@ from synth.compiling.announced import announced
 from synth.compiling.compiled import keep_code_of, kept_code
 from synth.diagnosis.check.run import UNEXPLAINED_SHARE
 from synth.diagnosis.low_pass import LowPass
-from synth.diagnosis.plants.swinging_chain.stated_numbers import joints_by_current
 from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.errors import UserError
-from synth.fit.recordings import Recording, recordings
+from synth.fit.recordings import Recording, joints_by_current, recordings
 from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
@@ -138,7 +137,7 @@ def users_rig(project: GapProject) -> Rig:
     noise = np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2))
     told = found.stated(leg.joint_names, project.noise)
     noise[list(told.known)] = told.noise[list(told.known)]
-    by_current = joints_by_current(leg, kept)
+    by_current = joints_by_current(made)
     return Rig(
         _nominal_leg(leg, fastest_seen, by_current),
         tuple(

@@ -11,7 +11,16 @@ if TYPE_CHECKING:
     from synth.arrays import Array
 
 
-CHOICES = ("the true angle", "this reading")
+# Of an error of a reading, whether it is inside a servo's loop.
+BY_SERVO = Parameter(
+    "controlled",
+    "1",
+    0.0,
+    natural=False,
+    label="angle controlled",
+    choices=("the true angle", "this reading"),
+    meaning="1: the joint's servo controls this reading; 0: the true angle, by another sensor",
+)
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, offset: Array, controlled: Array) -> Array:
@@ -41,15 +50,7 @@ EFFECT = Effect(
             meaning="by which the reading is too high",
             form="change",
         ),
-        Parameter(
-            "controlled",
-            "1",
-            0.0,
-            natural=False,
-            label="angle controlled",
-            choices=CHOICES,
-            meaning="1: the joint's servo controls this reading; 0: the true angle, by another sensor",
-        ),
+        BY_SERVO,
     ),
     strengths=("offset",),
     controls="control",

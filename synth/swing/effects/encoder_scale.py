@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
-from synth.swing.effects.encoder_offset import CHOICES
+from synth.swing.effects.encoder_offset import BY_SERVO
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -35,15 +35,7 @@ EFFECT = Effect(
     way="reading",
     parameters=(
         Parameter("error", "1", prior=Prior(0.0, 0.05, lower=-0.5, upper=0.5), natural=False, form="relative change"),
-        Parameter(
-            "controlled",
-            "1",
-            0.0,
-            natural=False,
-            label="angle controlled",
-            choices=CHOICES,
-            meaning="1: the joint's servo controls this reading; 0: the true angle, by another sensor",
-        ),
+        BY_SERVO,
     ),
     strengths=("error",),
     controls="control",

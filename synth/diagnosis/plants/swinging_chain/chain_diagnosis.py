@@ -39,7 +39,7 @@ from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, w
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
 from synth.diagnosis.plants.swinging_chain.stated_candidates import search_from_stated
-from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design, joints_by_current
+from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.diagnosis.poor_trials import no_better
@@ -59,7 +59,7 @@ from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
 from synth.fit.copies import copies
 from synth.fit.odd_trials import odd_trials
-from synth.fit.recordings import recordings, sentences_on_reading
+from synth.fit.recordings import joints_by_current, recordings, sentences_on_reading
 from synth.remarks import decisive, noted
 from synth.swing.leg_model import Leg
 from synth.swing.stated_effects import COUNTS
@@ -389,7 +389,7 @@ def scene_of(
     held = (*(trial for trial in prepared if trial.held_out), *(replace(trial, held_out=True) for trial in spare))
     found = estimate_sensor([trial.recording for trial in learnt]).stated(leg.joint_names, noise)
     coarse = coarse_counts(found)
-    tolerances = Tolerances.of(leg, tolerance, joints_by_current(leg, trials))
+    tolerances = Tolerances.of(leg, tolerance, joints_by_current(made))
     legs = TrialLegs.of(leg, [recording.leg for recording in made])
     predictor = Predictor(leg, tolerances, trial_legs=legs)
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)

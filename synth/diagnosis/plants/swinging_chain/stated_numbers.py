@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import exp
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from synth.arrays import Array
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 
 if TYPE_CHECKING:
-    from synth.files.trial_list import Trial
+    pass
 
 # Effect -> its parameters, and the number of the leg that each changes.
 NUMBERS_CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
@@ -53,16 +51,6 @@ def against_design(
             found[parameter] = max(nominal * exp(shift) + found[parameter], 0.0) - nominal
         else:
             found[parameter] = exp(shift) * (1.0 + found[parameter]) - 1.0
-    return found
-
-
-def joints_by_current(leg: Leg, trials: Sequence[Trial]) -> list[int]:
-    """Joints whose torque is a recorded current times their motor's constant in every trial that has a torque there."""
-    found = []
-    for j, name in enumerate(leg.joint_names):
-        driven = [trial for trial in trials if trial.torques is not None and np.any(trial.torques[:, j] != 0.0)]
-        if driven and all(name in trial.by_current for trial in driven):
-            found.append(j)
     return found
 
 
