@@ -76,7 +76,8 @@ def read_motion(project: LegProject) -> SourceMotion:
     ]
     if driven:
         raise UserError(driven)
-    off = [] if (text := drives_off_sentence(project.target)) is None or text in project.messages else [text]
+    sentence = drives_off_sentence(project.target)
+    off = [] if sentence is None or sentence in project.messages else [sentence]
     both = recordings(project.source, fitted), recordings(project.source, held_out, ())
     own, checks, copied = without_copies(*both, str(project.path), "source.trials")
     if project.release == "recorded":
