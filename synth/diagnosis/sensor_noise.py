@@ -44,10 +44,12 @@ ROUNDING_RATIO = 2.0  # times the noise of rounding, below which differences sho
 class AngleSensor:
     """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible.
 
-    ``scatter`` (n,) : readings about a smooth motion over readings from one to the next; from ``FILTERED_RATIO`` on
-    they were filtered. ``known`` : joints whose noise is stated, not read. ``of_mean`` (n,) : noise of a used angle
-    over that of a reading, below 1 where dense readings are averaged. ``filters`` (n,) : what the noise went through,
-    None where it seems independent from one reading to the next; of the joints ``by_spectrum`` the spectrum shows it.
+    ``scatter`` (n,) : readings about a smooth motion, or behind the filter that they show, over readings from one to
+    the next; from ``FILTERED_RATIO`` on they were filtered. ``known`` : joints whose noise is stated, not read.
+    ``of_mean`` (n,) : noise of a used angle over that of a reading, below 1 where dense readings are averaged.
+    ``filters`` (n,) : what the noise went through, None where it seems independent from one reading to the next; of
+    the joints ``by_spectrum`` the spectrum shows it.
+    ``rounding_only`` : joints that show no noise but the rounding of the file's last digit.
     """
 
     noise: Array
@@ -57,6 +59,7 @@ class AngleSensor:
     of_mean: Array | None = None
     filters: tuple[LowPass | None, ...] = ()
     by_spectrum: tuple[int, ...] = ()
+    rounding_only: tuple[int, ...] = ()
 
     def stated(self, joints: Sequence[str], noise: Mapping[str, float] | None) -> AngleSensor:
         """With the noise (rad) of a reading that a project states of some joints, in place of what they show."""
@@ -97,12 +100,14 @@ def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     step = np.array([width_of(np.concatenate(each), LEAST_GAP) if each else 0.0 for each in gaps])
     step = np.where((step > 0.0) & _on_grid(recordings, step), step, 0.0)
     noise = np.maximum(white, step / np.sqrt(12.0)) + LEAST_NOISE
+    exact = _only_rounding(recordings, noise, step)
     scatter = np.array([_scatter_ratio(recordings, j, float(noise[j])) for j in range(n)])
     behind = [_behind_filter(recordings, j, float(noise[j]), float(step[j])) for j in range(n)]
     shown = tuple(j for j, seen in enumerate(behind) if seen)
     neighbours = noise
-    noise = _noise_of_filtered(recordings, noise, step, scatter)
+    noise = _noise_of_filtered(recordings, noise, step, scatter, exact)
     noise = np.array([own if seen is None else max(own, seen.noise) for own, seen in zip(noise, behind, strict=True)])
+    scatter = np.maximum(scatter, noise / neighbours)
     filters = tuple(
         seen.filter if seen else filter_with_ratio(white_part, DIFFERENCE_ORDER)
         for seen, white_part in zip(behind, (neighbours / noise).tolist(), strict=True)
@@ -112,7 +117,10 @@ def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     if np.any(alike):
         noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
     of_mean = np.array([_noise_of_mean(recordings, j) for j in range(n)])
-    return AngleSensor(noise, step, scatter, of_mean=of_mean, filters=filters, by_spectrum=shown)
+    still = np.flatnonzero(exact & (noise <= _most_rounding(step)))
+    return AngleSensor(
+        noise, step, scatter, of_mean=of_mean, filters=filters, by_spectrum=shown, rounding_only=tuple(still.tolist())
+    )
 
 
 def _behind_filter(recordings: Sequence[Recording], joint: int, noise: float, step: float) -> FilteredNoise | None:
@@ -153,20 +161,32 @@ def _noise_variance(time: Array, value: Array, good: Mask, order: int) -> float:
     return float(np.mean(kept**2)) / 0.9733  # variance of a normal truncated at 3
 
 
-def _noise_of_filtered(recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array) -> Array:
+def _most_rounding(step: Array) -> Array:
+    """(n,) rad: the largest noise that the rounding to steps (n,) rad may be."""
+    return ROUNDING_RATIO * step / np.sqrt(12.0) + LEAST_NOISE
+
+
+def _only_rounding(recordings: Sequence[Recording], noise: Array, step: Array) -> Mask:
+    """(n,) True where neighbouring readings show no noise but a file's rounding."""
+    fine = [width < FINE_STEP_TO_MOTION * _motion_rms(recordings, j) for j, width in enumerate(step)]
+    return np.asarray((noise <= _most_rounding(step)) & np.array(fine))
+
+
+def _noise_of_filtered(
+    recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array, exact: Mask
+) -> Array:
     """(n,) rad: the noise, for filtered channels what the filter let through.
 
     Readings without any noise but rounding from one to the next were filtered for sure: where no plateau shows what the
     filter let through, it is that of the other channels, or the scatter about a smooth motion, which is less.
+    ``exact`` (n,) : from one reading to the next there is only rounding; a smooth motion may follow filtered noise,
+    without any scatter.
     """
     let = np.zeros(len(noise))
-    # Rounding alone from one reading to the next: a smooth motion may follow filtered noise, without any scatter.
-    rounding = noise <= ROUNDING_RATIO * step / np.sqrt(12.0) + LEAST_NOISE
-    fine = np.array([width < FINE_STEP_TO_MOTION * _motion_rms(recordings, j) for j, width in enumerate(step)])
-    for j in np.flatnonzero((scatter >= DOUBTFUL_RATIO) | (rounding & fine)).tolist():
+    for j in np.flatnonzero((scatter >= DOUBTFUL_RATIO) | exact).tolist():
         let[j] = _noise_through_filter(recordings, j, float(step[j]))
     usual = float(np.median(let[let > 0.0])) if (let > 0.0).any() else 0.0
-    unseen = (scatter >= FILTERED_RATIO) & (let == 0.0) & rounding
+    unseen = (scatter >= FILTERED_RATIO) & (let == 0.0) & (noise <= _most_rounding(step))
     let[unseen] = np.maximum(usual, (scatter * noise)[unseen])
     return np.maximum(noise, let)
 

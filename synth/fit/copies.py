@@ -11,6 +11,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
+from synth.remarks import noted
 
 HALF_STEP = 0.51  # of a step, that rounding takes at most; the rest is how the rounded value is written
 NOISE_SHARE = 0.1  # of a channel's noise; two readings with noise of their own are 1.4 of it apart, RMS
@@ -68,6 +69,13 @@ def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tu
                 found.append((later, earlier))
                 break
     return found
+
+
+def told_copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> tuple[set[int], list[str]]:
+    """Indices of the recordings that are ``copies`` of others, and a remark on each."""
+    found = copies(recordings, held_out)
+    names = [recording.name for recording in recordings]
+    return {a for a, _ in found}, [noted(f"{names[a]} is a copy of {names[b]} and is left out") for a, b in found]
 
 
 def _possible_copies(recordings: Sequence[Recording]) -> list[list[int]]:

@@ -12,6 +12,7 @@ from scipy.signal import butter, filtfilt, savgol_filter
 from diagnosis.simulated_releases import TWO, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.check.channels import _filtered_findings
+from synth.diagnosis.filtered_readings import filtered_remarks, filtered_words
 from synth.diagnosis.low_pass import LowPass, filter_with_ratio, filtered_noise
 from synth.diagnosis.sensor_noise import AngleSensor, estimate_sensor
 from synth.files.trial_list import Trial
@@ -137,3 +138,14 @@ def test_steps_between_rests_are_no_filtered_noise() -> None:
     sensor = estimate_sensor(list(recordings(TWO, made, ())))
     assert sensor.noise == pytest.approx(noise, rel=0.2)
     assert sensor.by_spectrum == ()
+
+
+def test_a_filter_near_the_motion_is_told_by_the_readings_and_by_the_diagnosis() -> None:
+    """At 6 Hz, near the motion's own frequencies, neither a plateau of noise is left nor scatter: nothing was told."""
+    made, _ = read(edge(2, 0.03), np.radians(0.02), digits=3)
+    found = estimate_sensor(made)
+    assert [bool(filtered_words(j, found)) for j in range(2)] == [True, True]
+    (remark,) = filtered_remarks(["hip", "knee"], found)
+    assert remark.startswith("the readings of hip, knee look low-pass filtered")
+    raw, _ = read(lambda angles: angles, np.radians(0.02), digits=3)
+    assert filtered_remarks(["hip", "knee"], estimate_sensor(raw)) == []

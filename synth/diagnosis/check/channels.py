@@ -11,7 +11,8 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.held_channels import held_finding
-from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
+from synth.diagnosis.filtered_readings import REMEDY, filtered_words
+from synth.diagnosis.sensor_noise import AngleSensor
 from synth.fit.recordings import Recording
 from synth.swing.leg_model import Leg
 from synth.units import quantity
@@ -151,17 +152,8 @@ def _coarse_findings(channel: Channel) -> list[Finding]:
 
 def _filtered_findings(name: str, j: int, sensor: AngleSensor) -> list[Finding]:
     """Readings that agree far better with their neighbours than with a smooth motion, or noise as behind a filter."""
-    if sensor.step[j] > 0.5 * sensor.noise[j]:
-        return []  # rounded readings scatter by their count anyway
-    if sensor.scatter[j] >= FILTERED_RATIO:
-        text = f"readings scatter {sensor.scatter[j]:.1f} times more about a smooth motion than from one to the next:"
-        text += " they were low-pass filtered or interpolated, or the joint is shaken"
-    elif j in sensor.by_spectrum and (seen := sensor.filters[j]) is not None:
-        text = f"the readings' noise has the spectrum of {seen.words}: they were low-pass filtered"
-    else:
-        return []
-    remedy = "use the sensor's raw readings; a filter removes the marks of friction and backlash at turning points"
-    return [Finding("note", text, remedy, joint=name)]
+    words = filtered_words(j, sensor)
+    return [Finding("note", words, REMEDY, joint=name)] if words else []
 
 
 def _degrees_text(angle: float) -> str:

@@ -18,6 +18,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.encoder_counts import coarse_counts, counts_matter, noise_as_read, round_to_counts, usual_noise
 from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
+from synth.diagnosis.filtered_readings import filtered_remarks
 from synth.diagnosis.held_out import moved_within_uncertainty
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import verdict_dependence
@@ -57,10 +58,10 @@ from synth.estimation.intervals import Estimate
 from synth.estimation.linearisation import LinearisedNormal
 from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
-from synth.fit.copies import copies
+from synth.fit.copies import told_copies
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import joints_by_current, recordings, sentences_on_reading
-from synth.remarks import decisive, noted
+from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 from synth.swing.stated_effects import COUNTS
 from synth.swing.tolerances import Tolerances
@@ -378,9 +379,7 @@ def scene_of(
 ) -> tuple[Scene, tuple[str, ...]]:
     """Prepared trials without copies, with noise and counts; ``noise`` : a joint's known noise, rad."""
     made = recordings(leg, trials, ())
-    twice = copies(made, [trial.held_out for trial in trials])
-    copied = [noted(f"{made[a].name} is a copy of {made[b].name} and is left out") for a, b in twice]
-    left_out = {later for later, _ in twice}
+    left_out, copied = told_copies(made, [trial.held_out for trial in trials])
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
     prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
     learnt, spare = spread_over_kinds([trial for trial in prepared if not trial.held_out], MOST_TRAINING)
@@ -394,6 +393,7 @@ def scene_of(
     predictor = Predictor(leg, tolerances, trial_legs=legs)
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings = [*held_start_remarks(held_starts(leg, made, found, tolerances)), *sentences_on_reading(made), *copied]
+    warnings += filtered_remarks(leg.joint_names, found)
     warnings += [*left_out_sentences(leg, learnt, len(spare), legs), *filter(None, [cut_sentence([*given, *held])])]
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)

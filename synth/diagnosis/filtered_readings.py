@@ -1,0 +1,45 @@
+"""Readings that went through a low-pass filter: how it shows, and what the recordings can then not tell.
+
+A filter that runs to and fro over a release from rest rounds off its corner: with a cutoff at four times the motion's
+frequency the first samples are off by some 1 % of the amplitude, far above the noise that is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
+from synth.remarks import Remark
+
+REMEDY = (
+    "use the sensor's raw readings; a filter distorts the first samples after a release, which looks like a missing "
+    "effect, and removes the marks of friction and backlash at turning points"
+)
+
+
+def filtered_words(joint: int, sensor: AngleSensor) -> str:
+    """How a joint's readings show that they were filtered; empty if they do not."""
+    step = sensor.step[joint]
+    if joint in sensor.rounding_only:
+        digit = f" ({np.degrees(step):.2g} deg)" if step > 0.0 else ""
+        return f"the readings show no noise beyond their last digit{digit}: they were low-pass filtered, or simulated"
+    if step > 0.5 * sensor.noise[joint]:
+        return ""  # rounded readings scatter by their count anyway
+    if joint in sensor.by_spectrum and (seen := sensor.filters[joint]) is not None:
+        return f"the readings' noise has the spectrum of {seen.words}: they were low-pass filtered"
+    if sensor.scatter[joint] >= FILTERED_RATIO:
+        text = (
+            f"readings scatter {sensor.scatter[joint]:.2g} times more about a smooth motion than from one to the next"
+        )
+        return f"{text}: they were low-pass filtered or interpolated, or the joint is shaken"
+    return ""
+
+
+def filtered_remarks(joints: Sequence[str], sensor: AngleSensor) -> list[str]:
+    """A remark on all joints whose readings were filtered."""
+    seen = [name for j, name in enumerate(joints) if filtered_words(j, sensor)]
+    if not seen:
+        return []
+    return [Remark(f"the readings of {', '.join(seen)} look low-pass filtered", "note", REMEDY)]
