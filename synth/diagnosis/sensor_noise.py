@@ -163,7 +163,7 @@ def _noise_variance(time: Array, value: Array, good: Mask, order: int) -> float:
 
 def _most_rounding(step: Array) -> Array:
     """(n,) rad: the largest noise that the rounding to steps (n,) rad may be."""
-    return ROUNDING_RATIO * step / np.sqrt(12.0) + LEAST_NOISE
+    return np.asarray(ROUNDING_RATIO * step / np.sqrt(12.0) + LEAST_NOISE)
 
 
 def _only_rounding(recordings: Sequence[Recording], noise: Array, step: Array) -> Mask:
