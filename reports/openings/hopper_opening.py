@@ -135,6 +135,8 @@ def _steps(document: Json, limit: str) -> list[str]:
     record = "record jumps on a force plate; `synth gap` then shows what the model lacks."
     if not mapping(document, "parts"):
         return [f"Run without `--no-cad` for the parts, cut them and {record}"]
+    if not sequence(document, "parts", "layers"):
+        return [f"Mend what keeps the parts from being drawn (see the notes on the parts) and run again. Then {record}"]
     if not _missing(document):
         return [f"Cut the parts of `parts/` and {record}"]
     drawn = mapping(document, "parts", "as_drawn")

@@ -10,7 +10,7 @@ from math import inf, log, radians
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH
 from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening_by_arms
-from synth.design.drawable_springs import STOP_ROOM, arbor_of, reasons_not_drawn
+from synth.design.drawable_springs import STOP_ROOM, arbor_of, drawable_sizes, reasons_not_drawn
 from synth.design.wanted_travel import WantedTravel as WantedTravel
 from synth.design.wanted_travel import travels as travels
 from synth.design.wound_warnings import nearest_taken, wound_warnings
@@ -345,7 +345,8 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
     ------
     UserError : no spring can be wound.
     """
-    joint, choice, travel, catalogue, cad = source.joint, source.choice, source.turned, source.catalogue, source.cad
+    joint, travel, catalogue, cad = source.joint, source.turned, source.catalogue, source.cad
+    choice = drawable_sizes(source.choice) if source.drawn else source.choice
     wish = SpringRequirements(
         rate=rate,
         travel=travel.winding + STOP_ROOM,

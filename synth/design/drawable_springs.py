@@ -6,11 +6,13 @@ A spring to wind is designed for the same shaft, clearance and travel, so both k
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import degrees, radians
+from dataclasses import replace
+from math import degrees, inf, radians
 
-from synth.cad.dimensions import CLOSE_WOUND_PITCH
+from synth.cad.dimensions import CLOSE_WOUND_PITCH, SpringDimensions
+from synth.cad.limits import limit_of
 from synth.design.clamped_arms import free_arm, seat_length
-from synth.files.project_options import CadOptions
+from synth.files.project_options import CadOptions, SpringChoice
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.space import wound_inside_diameter
 from synth.spring.spring_task import SpringLimits
@@ -23,6 +25,21 @@ ESTIMATED = 1e-3  # m, error of the estimated reach of an arm: what is shorter b
 def arbor_of(cad: CadOptions) -> float:
     """Diameter (m) inside the coil that the shaft takes with its clearance."""
     return cad.shaft_diameter + 2.0 * cad.clearance
+
+
+def drawable_sizes(choice: SpringChoice) -> SpringChoice:
+    """The choice of a spring to wind, held to the wires and diameters that are drawn, where its own limits allow it."""
+    wire, coil = (limit_of(SpringDimensions, name) for name in ("wire_diameter", "mean_diameter"))
+    thinnest, thickest, widest = wire.low * 1e-3, wire.high * 1e-3, coil.high * 1e-3
+    wires = (max(choice.min_wire_diameter or 0.0, thinnest), min(choice.max_wire_diameter or inf, thickest))
+    if wires[0] > wires[1]:  # of another size by the user's own wish, which the drawing then refuses
+        return replace(choice, max_outer_diameter=min(choice.max_outer_diameter or widest, widest))
+    return replace(
+        choice,
+        min_wire_diameter=wires[0],
+        max_wire_diameter=wires[1],
+        max_outer_diameter=min(choice.max_outer_diameter or widest, widest),
+    )
 
 
 def drawn_pitch(row: TorsionSpringRow) -> float | None:
@@ -49,8 +66,6 @@ def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions, ope
 
     The same text for all springs of a joint, so that they can be counted. ``opening`` : rad, by which it opens it.
     """
-    from synth.cad import SpringDimensions
-
     if row.leg_convention not in ("", "tangent"):
         yield f"{row.leg_convention} legs, which are not drawn"
         return

@@ -23,7 +23,7 @@ from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
-from synth.jump.outcomes import APEX, LANDED_AGAIN, JumpOutcome, known_heights, outcome_of
+from synth.jump.outcomes import APEX, CROSSED, LANDED_AGAIN, JumpOutcome, known_heights, outcome_of
 from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
@@ -134,7 +134,10 @@ class Study:
             return ""
         count, jumping = len(self.sweep.motor), self.sweep.status == LANDED_AGAIN
         if not jumping.any():
-            return f"none of the {count} designs lifts off"
+            crossed = int((self.sweep.status == CROSSED).sum())
+            return f"none of the {count} designs " + (
+                f"jumps: the knees of {crossed} cross, through their stop" if crossed else "lifts off"
+            )
         return (
             f"{int(jumping.sum())} of {count} designs jump, but all exceed {self.sweep.limits_text(jumping)} "
             "(gearbox: stop)"

@@ -10,7 +10,7 @@ from synth.hopper.hopper_tolerances import startable
 from synth.hopper.motors import estimates_of
 from synth.hopper.study import Study
 from synth.jump.hopper_leg import LOCKED, lower_angles
-from synth.jump.outcomes import LANDED_AGAIN, OUT_OF_REACH, TOO_STIFF
+from synth.jump.outcomes import CROSSED, LANDED_AGAIN, OUT_OF_REACH, TOO_STIFF
 from synth.remarks import Remark, decisive, noted
 
 MOST_VOLTAGE = 1.5  # times the rated one, an assumption: makers state no limit in the catalogues' sources
@@ -38,7 +38,8 @@ def _without_interval(found: Study) -> list[str]:
         why = "at an end of the crouch's tolerance their lower links are level and lock, or the leg is at its stop"
         texts.append(f"{bent} designs have no interval: {why}")
     if stiff := int((missing & ~stuck).sum()):
-        texts.append(f"{stiff} designs have no interval: at a tolerance's end they are too stiff to simulate")
+        why = "at a tolerance's end they are too stiff to simulate, or go through their stop"
+        texts.append(f"{stiff} designs have no interval: {why}")
     return texts
 
 
@@ -144,12 +145,19 @@ def warnings_of(found: Study) -> list[str]:
     texts += unknown_limits(found)
     if stiff := int((sweep.status == TOO_STIFF).sum()):
         texts.append(f"{stiff} of {len(sweep.status)} designs are too stiff to simulate and count as not jumping")
+    if crossed := int((sweep.status == CROSSED).sum()):
+        texts.append(Remark(
+            f"{crossed} of {len(sweep.status)} designs go through the leg's stop until their knees cross, which no leg "
+            f"can, and count as not jumping: the motors bend the stop of {found.project.leg.stop_rate:g} N*m/rad, "
+            "or the links, too far", "decide" if found.best is None else "check",
+            remedy="State the leg's own stop (leg: stop_rate) and stiffer links, or choose weaker motors.",
+        ))  # fmt: skip
     texts += _without_interval(found)
     if found.best is None:
         if (sweep.status == LANDED_AGAIN).any():
             way_out = "choose a stronger gearbox, a lower supply, or motors: {gearbox: warn}"
             texts.append(decisive(f"{found.none_because}: {way_out}"))
-        else:
+        elif not crossed:
             why = "every motor that can be simulated is too weak or too slow for this leg; the height is zero"
             texts.append(decisive(f"no design lifts off: {why}"))
         return texts

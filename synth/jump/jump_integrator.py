@@ -21,14 +21,15 @@ from synth.jump.outcomes import (
     CLEARANCE,
     COLLAPSED,
     CREEP,
+    CROSSED,
     END_TIME,
     ENERGY,
     GEAR_TORQUE_AT_START,
     LANDED_AGAIN,
+    LEAST_SPREAD,
     LEVEL,
     LIFTED,
     N_OUTCOME,
-    PEAK_BEND,
     PEAK_CURRENT,
     PEAK_GEAR_TORQUE,
     PEAK_NORMAL,
@@ -148,7 +149,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     rhs(Z)
     for lane in range(LANES):
         outcome[START_COM, lane] = Z[com, lane]
-        outcome[GEAR_TORQUE_AT_START, lane] = Z[gear, lane]
+        outcome[GEAR_TORQUE_AT_START, lane], outcome[LEAST_SPREAD, lane] = Z[gear, lane], -Z[bend, lane]
         foot_before[lane] = Z[foot, lane]
         torques[0, lane], torques[1, lane] = 1e300, Z[gear, lane]  # so that the start is no peak between two steps
     take(F, S, n, d)
@@ -193,7 +194,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                 foot_before[lane] = at
                 outcome[CLEARANCE, lane] = max(outcome[CLEARANCE, lane], at)
                 outcome[APEX, lane] = max(outcome[APEX, lane], Z[com, lane] - outcome[START_COM, lane])
-                outcome[PEAK_BEND, lane] = max(outcome[PEAK_BEND, lane], abs(Z[bend, lane]))
+                outcome[LEAST_SPREAD, lane] = min(outcome[LEAST_SPREAD, lane], -Z[bend, lane])
                 outcome[PEAK_NORMAL, lane] = max(outcome[PEAK_NORMAL, lane], Z[normal, lane])
                 if pushing and (at <= 0.0 or before <= 0.0):  # to the foot's passage through the ground, within a step
                     share = 1.0 if at <= 0.0 else before / (before - at)
@@ -243,6 +244,8 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                     )
                 ):
                     ended = TOO_WEAK  # by now, or at rest: held, or stretched without lifting off
+                if ended == LANDED_AGAIN and outcome[LEAST_SPREAD, lane] < 0.0:
+                    ended = CROSSED
                 if ended != RUNNING:
                     outcome[STATUS, lane] = ended
                     outcome[END_TIME, lane] = t

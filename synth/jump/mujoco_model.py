@@ -25,6 +25,7 @@ from synth.jump.jump_runs import DURATION, FALL
 from synth.jump.outcomes import (
     COLLAPSED,
     CREEP,
+    CROSSED,
     LANDED_AGAIN,
     LIFTED,
     LIMITS,
@@ -174,12 +175,14 @@ class _WatchedJump:
     current: float = 0.0
     energy: float = 0.0
     highest: float = 0.0
+    crossed: bool = False
     takeoff: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def outcome(self, status: int | None, step: float) -> JumpOutcome:
         """Outcome of a jump that ended so."""
         trace = np.array(self.rows)
         rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
+        status = CROSSED if status == LANDED_AGAIN and self.crossed else status
         return JumpOutcome(
             clearance=self.highest if status == LANDED_AGAIN else 0.0,
             rise=float(rise.max()),
@@ -218,7 +221,7 @@ def mujoco_jump(
     slope, stall = motor.stall_torque / motor.no_load_speed, motor.stall_torque
     fall = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
     touching = 1e-6 if ground == "same" else 1e-4  # m, of the foot above the ground
-    seen, status = _WatchedJump(), None
+    seen, status, knees = _WatchedJump(), None, [f"body_{side}{segments(leg)[2]}" for side in "rl"]
     with _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
         mujoco.mj_forward(model_, data)
         while data.time < (FLIGHT if drop is None else drop.duration) and status is None:
@@ -235,6 +238,7 @@ def mujoco_jump(
                 seen.current = max(seen.current, abs(drawn))
                 seen.takeoff = (float(data.time), speed, seen.energy)
             seen.gap = max(seen.gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
+            seen.crossed |= bool(data.body(knees[0]).xpos[0] < data.body(knees[1]).xpos[0])
             status = _end_reason(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)
             if status is None:
                 mujoco.mj_step(model_, data)

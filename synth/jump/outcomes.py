@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 
 # How a jump ended.
-RUNNING, LANDED_AGAIN, TOO_WEAK, COLLAPSED, TOO_STIFF = 0, 1, 2, 3, 4
+RUNNING, LANDED_AGAIN, TOO_WEAK, COLLAPSED, TOO_STIFF, CROSSED = 0, 1, 2, 3, 4, 5
 OUT_OF_REACH = -1.0  # not simulated: the links do not reach the crouch
 
 # Rows of a lane's outcome.
 OUTCOMES = (
     "status", "clearance", "takeoff_time", "takeoff_speed", "takeoff_height", "apex", "peak_gear_torque",
-    "peak_current", "energy", "peak_normal", "peak_bend", "end_time", "start_com", "gear_torque_at_start",
+    "peak_current", "energy", "peak_normal", "least_spread", "end_time", "start_com", "gear_torque_at_start",
 )  # fmt: skip
 N_OUTCOME = len(OUTCOMES)
-# Their row numbers.
+# Their row numbers. The least spread is the least sine of the lower link's angle; below 0 the knees have crossed.
 STATUS, CLEARANCE, TAKEOFF_TIME, TAKEOFF_SPEED, TAKEOFF_HEIGHT, APEX, PEAK_GEAR_TORQUE = range(7)
-PEAK_CURRENT, ENERGY, PEAK_NORMAL, PEAK_BEND, END_TIME, START_COM, GEAR_TORQUE_AT_START = range(7, N_OUTCOME)
+PEAK_CURRENT, ENERGY, PEAK_NORMAL, LEAST_SPREAD, END_TIME, START_COM, GEAR_TORQUE_AT_START = range(7, N_OUTCOME)
 
 SETTLED = 0.05  # s, after which a leg at rest will not lift off
 CREEP = 0.02  # m/s, of the centre of mass: a folding self-locking gear is this slow
@@ -62,6 +62,7 @@ LIMITS = {
     TOO_WEAK: "too weak or too slow to lift",
     COLLAPSED: "too weak to hold the crouch: folds up",
     TOO_STIFF: "too stiff for the step: contact, links or winding",
+    CROSSED: "goes through its stop: the knees cross",
 }
 
 
@@ -94,7 +95,7 @@ def heights(found: Array, row: int = CLEARANCE) -> Array:
 
 
 def known_heights(found: Array, row: int = CLEARANCE) -> Array:
-    """``heights``, but nan for a lane whose height is not known: too stiff for the step, or out of reach."""
+    """``heights``, but nan for a lane whose height is not known: too stiff, through its stop, or out of reach."""
     return np.where(_unknown(found), np.nan, heights(found, row))
 
 
@@ -104,7 +105,7 @@ def known_values(found: Array, row: int) -> Array:
 
 
 def _unknown(found: Array) -> NDArray[np.bool_]:
-    return np.asarray((found[STATUS] == TOO_STIFF) | (found[STATUS] == OUT_OF_REACH))
+    return np.isin(found[STATUS], [TOO_STIFF, CROSSED, OUT_OF_REACH])
 
 
 def column_of(outcome: JumpOutcome) -> Array:

@@ -8,6 +8,8 @@ from math import radians
 import numpy as np
 import pytest
 
+from synth.cad.dimensions import SpringDimensions
+from synth.cad.limits import range_problems
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
 from synth.design.choose_springs import (
     SpringChoiceMade,
@@ -16,6 +18,7 @@ from synth.design.choose_springs import (
     spring_to_wind,
     travels,
 )
+from synth.design.drawable_springs import drawable_sizes
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedRelease, WantedResponse
 from synth.design.spring_warnings import sense_warning, spring_warnings
@@ -173,6 +176,23 @@ def test_a_spring_is_wound_for_its_travel_and_the_stops(
     made = spring_to_wind(source, 2.0, lasting=False)[0].design
     assert made is not None
     assert np.degrees([made.travel, made.opening_travel]) == pytest.approx([winds_by + 3.5, opens_by + 3.5])
+
+
+@pytest.mark.parametrize("rate", [5.0, 40.0, 90.0])
+def test_a_spring_of_a_drawn_joint_has_a_size_that_is_drawn(catalogue: Catalogue, rate: float) -> None:
+    """A horse's stifle got a coil of 230 mm, then a wire of 12.7 mm, which the drawing refused as the last step."""
+    source = SpringSource("knee", choice(), WantedTravel(radians(60.0), radians(10.0)), catalogue, CadOptions())
+    made = spring_to_wind(replace(source, drawn=True), rate, lasting=False)[0].design
+    assert made is not None
+    drawn = SpringDimensions(made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, 120.0)
+    names = {"wire_diameter", "mean_diameter"}
+    assert not names & {problem.dimension for problem in range_problems(drawn)}
+
+
+def test_a_wire_that_is_not_drawn_but_asked_for_is_taken(catalogue: Catalogue) -> None:
+    """The drawing then says what it can draw."""
+    wish = drawable_sizes(choice(min_wire_diameter=0.0125))
+    assert (wish.min_wire_diameter, wish.max_wire_diameter) == (0.0125, None)
 
 
 def test_a_spring_that_would_open_is_reversed_with_a_warning() -> None:

@@ -50,6 +50,18 @@ def test_mujoco_keeps_the_momentum_of_a_short_leg_in_flight() -> None:
     assert found.outcome.clearance == pytest.approx(ours.clearance, abs=1e-5)
 
 
+@pytest.mark.parametrize(("times", "crosses"), [(1.0, False), (60.0, True)])
+def test_a_leg_that_goes_through_its_stop_does_not_jump(times: float, crosses: bool) -> None:
+    """Knees that cross, in either engine: a leg of 300 mm links was said to clear 1.1 m, folded inside out."""
+    leg, usual = HopperLeg().with_length(0.12), motor()
+    strong = replace(usual, stall_torque=times * usual.stall_torque, torque_limit=None)
+    limits = [
+        simulate([(leg, strong)], GROUND, MODELS["A"])[0].limit,
+        mujoco_jump(leg, strong, GROUND, MODELS["A"]).outcome.limit,
+    ]
+    assert limits == 2 * ["goes through its stop: the knees cross" if crosses else ""]
+
+
 @pytest.mark.parametrize(("rate", "damping", "duration"), [(0.0229183, 0.0, 0.2), (0.2, 0.00025, 0.3)])
 def test_a_sprung_four_bar_dropped_on_the_ground(rate: float, damping: float, duration: float) -> None:
     """Links on flexures fall 50 mm, land and rebound: height of the hips and of the foot through it all."""

@@ -18,7 +18,7 @@ from synth.hopper.hopper_tolerances import QUANTITIES, outcomes_of_copies
 from synth.hopper.study import Study, sweep_problem
 from synth.hopper.study_warnings import overvoltage_sentence, warnings_of
 from synth.hopper.write_study import hopper_json, write_designs
-from synth.jump.outcomes import PEAK_GEAR_TORQUE
+from synth.jump.outcomes import CROSSED, PEAK_GEAR_TORQUE
 from synth.remarks import Remark
 
 PROJECT = """\
@@ -110,3 +110,25 @@ def test_a_torque_whose_90_percent_end_is_beyond_the_gearbox_is_warned_of(tmp_pa
     document = hopper_json(replace(study, leaning=[]), [], tmp_path)
     assert document["best"]["peak_gear_torque"]["interval90"] == study.torque_ends[:, study.best].tolist()
     assert document["counts"]["beyond the gearbox at the torque's 90 % end"] == over.sum()
+
+
+def test_designs_that_go_through_their_stop_are_counted_and_not_chosen(tmp_path: Path) -> None:
+    """At 24 V these motors go through the assumed stop of legs of 300 mm: one cleared 1 m with crossed knees."""
+    text = """kind: hopper-design
+motors: {use: ["25D HP 12V *"], supply: 24 V}
+lengths: {least: 280 mm, most: 300 mm, step: 20 mm}
+"""
+    (tmp_path / "a.yaml").write_text(text)
+    project = read_hopper_project(tmp_path / "a.yaml")
+    study = studying.study(project, catalogue(), None, lambda stage: nullcontext())
+    crossed = study.sweep.status == CROSSED
+    assert 0 < crossed.sum() < len(crossed)
+    assert study.best is not None
+    assert not crossed[study.best]
+    assert {study.sweep.limit_text(int(k)) for k in np.flatnonzero(crossed)} == {
+        "goes through its stop: the knees cross"
+    }
+    (told,) = [text for text in warnings_of(study) if "knees cross" in text]
+    assert told.startswith(f"{int(crossed.sum())} of {len(crossed)} designs go through the leg's stop")
+    assert isinstance(told, Remark)
+    assert "stop_rate" in told.remedy
