@@ -65,7 +65,7 @@ class WantedSearch:
         for unknown in range(self.release.n):
             for way in (-1, 1):
                 found += self._profile(best, unknown, way)
-            if min(each.cost for each in found) < best.cost - better:
+            if min((each.cost for each in found), default=np.inf) < best.cost - better:
                 break
         return found
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Channels, name_list
 from synth.motion.importers.registry import loader
+from synth.motion.importers.stamp_steps import without_steps
+from synth.remarks import decisive
 
 MCAP = b"\x89MCAP0\r\n"
 ROS1 = b"#ROSBAG V2.0"
@@ -117,9 +119,10 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     topics = _topics(content)
     unread = dict(zip(map(str, content["unread"]), map(str, content["why"]), strict=True))
     states = _states(topics, unread, mapping.topic, name)
+    notes = [f"joint states of {states.name}"]
+    states = replace(states, stamp=without_steps(states.stamp, states.logged, notes, states.name))
     with_stamp = np.isfinite(states.stamp)
     delay = float(np.median((states.logged - states.stamp)[with_stamp])) if with_stamp.any() else 0.0
-    notes = [f"joint states of {states.name}"]
     names, units, columns = list(states.joints), ["rad"] * len(states.joints), [states.values["position"]]
     for quantity in states.values:
         if quantity != "position":
@@ -137,7 +140,8 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
         late = "" if topic.stamped else f", at the time of logging less {1e3 * delay:.3g} ms, by which states are late"
         notes.append(f"commands of {topic.name}{late}")
         given = topic.values["command" if "command" in topic.values else "position"]
-        own, commands = _one_row_a_stamp(topic.time(delay), given, notes)
+        steady = replace(topic, stamp=without_steps(topic.stamp, topic.logged, notes, topic.name))
+        own, commands = _one_row_a_stamp(steady.time(delay), given, notes)
         titles = tuple(f"{joint} command" for joint in joints)
         inputs.append(Channels(topic.name, titles, ("rad",) * len(titles), commands, own + shift))
     hint = "" if others else _hint(topics, states, unread)
@@ -155,16 +159,22 @@ def _one_row_a_stamp(time: Array, values: Array, notes: list[str]) -> tuple[Arra
     order = np.argsort(time, kind="stable")
     time, values = time[order], values[order]
     first = np.concatenate([[True], np.diff(time) > 0.0])
-    row, merged, joined = np.cumsum(first) - 1, values[first], 0
+    row, merged, joined, other = np.cumsum(first) - 1, values[first], 0, 0
     for k in np.flatnonzero(~first):
-        new = np.isnan(merged[row[k]]) & np.isfinite(values[k])
+        before, now = merged[row[k]], np.isfinite(values[k])
+        new, known = np.isnan(before) & now, np.isfinite(before) & now
+        other += not new.any() and bool(np.any(before[known] != values[k][known]))
         merged[row[k], new] = values[k, new]
         joined += bool(new.any())
     repeated = int((~first).sum()) - joined
     if joined:
         notes.append(f"{joined} messages have the stamp of another that holds other joints, and are joined with it")
-    if repeated:
-        notes.append(f"{repeated} messages repeat a stamp and are left out")
+    if other:
+        of = f"{other} messages repeat the stamp of another with other values, and are left out"
+        remedy = "Look whether two programs publish there, or whether the stamps are those of a slower loop."
+        notes.append(decisive(of, remedy))
+    if repeated > other:
+        notes.append(f"{repeated - other} messages repeat a stamp and are left out")
     return time[first], merged
 
 
@@ -178,7 +188,9 @@ def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None
         raise UserError(Problem(f'there are no joint states on "{wanted}"{why}', name))
     if not able:
         also = "".join(f"; {topic}: {why}" for topic, why in unread.items())
-        raise UserError(Problem(f"contains no joint states (sensor_msgs/JointState){also}", name))
+        without = [topic.name for topic in topics.values() if topic.named and topic.values]
+        empty = f"; those on {name_list(without)} have no positions" if without else ""
+        raise UserError(Problem(f"contains no joint states (sensor_msgs/JointState) with positions{empty}{also}", name))
     for chosen in (able, {k: t for k, t in able.items() if not t.says_command or "command" in t.values}):
         if len(chosen) == 1:
             return next(iter(chosen.values()))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,18 +22,23 @@ ANGLES = np.column_stack([100 + 0.1 * np.arange(COUNT), 110 - 0.2 * np.arange(CO
 Message = tuple[int, tuple[int, ...], NDArray[np.float64]]  # stamp in ns, joints, their angles in deg
 
 
-def log_file(path: Path, messages: Iterable[Message]) -> Path:
-    """An MCAP log of joint states as JSON."""
+def log_file(path: Path, messages: Iterable[Message], logged: Sequence[int] | None = None) -> Path:
+    """An MCAP log of joint states as JSON; ``logged``: times in ns, else 1 ms after the stamps."""
     writer = pytest.importorskip("mcap.writer").Writer
     with path.open("wb") as stream:
         log = writer(stream)
         log.start()
         schema = log.register_schema("sensor_msgs/msg/JointState", "jsonschema", b"{}")
         channel = log.register_channel("/joint_states", "json", schema)
-        for stamp, joints, values in messages:
+        for k, (stamp, joints, values) in enumerate(messages):
             head = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}}
             content = {"header": head, "name": [NAMES[j] for j in joints], "position": np.radians(values).tolist()}
-            log.add_message(channel, log_time=stamp + 10**6, publish_time=0, data=json.dumps(content).encode())
+            log.add_message(
+                channel,
+                log_time=logged[k] if logged else stamp + 10**6,
+                publish_time=0,
+                data=json.dumps(content).encode(),
+            )
         log.finish()
     return path
 
@@ -66,9 +72,45 @@ def test_messages_of_one_stamp_with_other_joints_are_one_sample(tmp_path: Path) 
     assert not any("repeat" in note for note in found.notes)
 
 
-def test_a_message_that_repeats_joint_and_stamp_is_left_out(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("other", "told"), [(0.0, "repeat a stamp and"), (5.0, "repeat the stamp of another with other values, and")]
+)
+def test_a_message_that_repeats_joint_and_stamp_is_left_out(tmp_path: Path, other: float, told: str) -> None:
     messages = whole(UNIX)
-    again = (messages[10][0], (0, 1, 2), ANGLES[10] + 5.0)
+    again = (messages[10][0], (0, 1, 2), ANGLES[10] + other)
     found = read(log_file(tmp_path / "a.mcap", [*messages[:11], again, *messages[11:]]))
     np.testing.assert_allclose(np.degrees(found.angles), ANGLES, atol=1e-9)
-    assert "1 messages repeat a stamp and are left out" in found.notes
+    assert f"1 messages {told} are left out" in found.notes
+
+
+@pytest.mark.parametrize("size", [100 * STEP, 50 * STEP + 1_300_000, -70 * STEP])
+def test_a_step_of_the_clock_is_taken_out(tmp_path: Path, size: int) -> None:
+    """Sorted by their stamps the two stretches were shuffled into one another, or a gap was read that was not there."""
+    logged = [t + 10**6 + 300_000 * (k % 2) for k, (t, _, _) in enumerate(whole(UNIX))]
+    stamped = [(t - size * (k >= 37), joints, row) for k, (t, joints, row) in enumerate(whole(UNIX))]
+    found = read(log_file(tmp_path / "a.mcap", stamped, logged))
+    np.testing.assert_allclose(np.degrees(found.angles), ANGLES, atol=1e-9)
+    np.testing.assert_allclose(found.time, 0.005 * np.arange(COUNT), rtol=0.0, atol=4e-4)
+    (told,) = [note for note in found.notes if "the clock that stamps" in note]
+    way, far = re.findall(r"at 0.185 s (back|ahead) by ([.\d]+) s", told)[0]
+    assert way == ("back" if size > 0 else "ahead")
+    assert float(far) == pytest.approx(1e-9 * abs(size), abs=4e-4)
+
+
+def test_late_messages_and_pauses_are_no_steps(tmp_path: Path) -> None:
+    """A message that is published 30 ms late, messages that wait 60 ms for the network, and a pause of 0.2 s."""
+    stamped = [(t + 40 * STEP * (k >= 60), joints, row) for k, (t, joints, row) in enumerate(whole(UNIX))]
+    logged = [t + 10**6 for t, _, _ in stamped]
+    logged[20] += 6 * STEP
+    logged[30:42] = [max(each, stamped[42][0] + 1000 * k) for k, each in enumerate(logged[30:42])]
+    found = read(log_file(tmp_path / "a.mcap", stamped, logged))
+    np.testing.assert_allclose(found.time, 1e-9 * np.array([t - UNIX for t, _, _ in stamped]), rtol=0.0, atol=1e-9)
+    assert not [note for note in found.notes if "the clock that stamps" in note]
+
+
+def test_a_stamp_with_other_values_is_told_as_such(tmp_path: Path) -> None:
+    stamped = [(t - STEP * (k % 2), joints, row) for k, (t, joints, row) in enumerate(whole(UNIX))]
+    found = read(log_file(tmp_path / "a.mcap", stamped))
+    assert [
+        note for note in found.notes if note.startswith("40 messages repeat the stamp of another with other values")
+    ]
