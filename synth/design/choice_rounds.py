@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
+from math import degrees, radians
 
 import numpy as np
 
@@ -20,21 +21,34 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.methods import fit_by
 from synth.parts.catalogs import Catalogue
+from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 
 Stage = Callable[[str], AbstractContextManager[object]]
 Labels = tuple[str, ...]
 
 MOST_ROUNDS = 4  # fits with chosen dampers; the lab's project needs 1 to 3
+SEATED = radians(2.0)  # of a free angle: the room past the stops, for which a spring is made, is 3.5 deg
+MOST_SEATINGS = 3  # choices with the same dampers; the second is sized for what the first builds
+SIZED_ELSEWHERE = "{}: the spring's travel and stress are those of a free angle {:+.0f} deg from the one built"
+TO_SEAT = "Name the spring's wire or part, so that the choice of free angle and of spring no longer change each other."
+
+
+@dataclass(frozen=True)
+class LastChoice:
+    """The springs chosen in the last round: ``wires`` (m) of those to wind, ``free_angles`` (rad) built; by joint."""
+
+    wires: Mapping[str, float] = field(default_factory=dict)
+    free_angles: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class ChoiceTask:
     """The inputs that are the same in every round.
 
-    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` the fit options. ``held``: wire
-    diameter (m) by joint that a spring to wind keeps if possible. ``swaps``: whether the substitutes for each part are
-    evaluated. ``drawn``: whether the joints are drawn, so that bought springs must be drawable.
+    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` the fit options. ``held``: of a spring
+    to wind the wire is kept if possible, and springs are first sized for these free angles. ``swaps``: whether the
+    substitutes for each part are evaluated. ``drawn``: whether the joints are drawn, so that springs must be drawable.
     """
 
     project: LegProject
@@ -44,7 +58,7 @@ class ChoiceTask:
     options: LegFitOptions
     target: FitResult
     wanted: WantedResponse
-    held: Mapping[str, float] = field(default_factory=dict)
+    held: LastChoice = field(default_factory=LastChoice)
     swaps: bool = True
     drawn: bool = False
 
@@ -88,7 +102,7 @@ def choose_in_rounds(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) 
                 now = _next_best(dampers, barred, error)
                 continue
         with stage("choosing springs and dampers together"):
-            last = Round(*fitted, _choose_sets(task, *fitted, frozenset(barred)))
+            last = Round(*fitted, _choose_seated(task, *fitted, frozenset(barred)))
         rounds[last.dampers.labels] = last
         # Each joint's ranking of single dampers is kept, so that the candidates do not depend on the round.
         now = replace(dampers, chosen=last.sets.dampers.chosen, leg=last.sets.leg)
@@ -106,7 +120,8 @@ def first_choice(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> t
     """
     with stage("choosing parts for a first drawing"):
         refit = refit_links(task, dampers)
-        leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
+        leg = _with_dampers(refit.leg, dampers)
+        sources = _sources(task, leg)
         return unjudged_set(task.wanted, leg, dampers, sources, task.project.parts, seed=task.project.fit.seed), refit
 
 
@@ -118,12 +133,49 @@ def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError)
     raise error
 
 
-def _choose_sets(task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
-    project = task.project
-    leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
-    return choose_sets(
-        task.wanted, leg, dampers, sources, project.parts, barred=barred, seed=project.fit.seed, swaps=task.swaps
-    )
+def _choose_seated(
+    task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]
+) -> SetsMade:
+    """The chosen set, with springs sized for the free angles that are built with them.
+
+    A free angle is chosen with the parts, by the response. Where rate and free angle can replace each other it is far
+    from the fitted one, and so are the travel, the stress and the seat of the spring.
+    """
+    leg = _with_dampers(refit.leg, dampers)
+    sized = _with_free_angles(leg, task.held.free_angles)
+    off: dict[str, float] = {}
+    for _ in range(MOST_SEATINGS):
+        sets = choose_sets(
+            task.wanted, leg, dampers, _sources(task, sized), task.project.parts,
+            barred=barred, seed=task.project.fit.seed, swaps=task.swaps,
+        )  # fmt: skip
+        built = built_free_angles(sets.leg)
+        now = built_free_angles(sized)
+        off = {name: degrees(built[name] - now[name]) for name in built if abs(built[name] - now[name]) > SEATED}
+        if not off:
+            return sets
+        sized = _with_free_angles(leg, built)
+    notes = [
+        (*words, *([decisive(SIZED_ELSEWHERE.format(name, off[name]), TO_SEAT)] if name in off else []))
+        for name, words in zip(leg.joint_names, sets.springs.notes, strict=True)
+    ]
+    return replace(sets, springs=replace(sets.springs, notes=tuple(notes)))
+
+
+def built_free_angles(leg: Leg) -> dict[str, float]:
+    """Free angle (rad) of each joint's spring."""
+    return {joint.name: joint.spring.free_angle for joint in leg.joints if joint.spring is not None}
+
+
+def _with_free_angles(leg: Leg, angles: Mapping[str, float]) -> Leg:
+    """The leg with these free angles (rad) of some joints."""
+    joints = [
+        replace(joint, spring=replace(joint.spring, free_angle=angles.get(joint.name, joint.spring.free_angle)))
+        if joint.spring is not None
+        else joint
+        for joint in leg.joints
+    ]
+    return replace(leg, joints=tuple(joints))
 
 
 def refit_links(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
@@ -148,9 +200,9 @@ def refit_links(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
     return with_held_out(again, task.motion.held_out_scaled, begun_late=task.motion.begun_late)
 
 
-def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:
-    """Each joint's source of springs, for the travel of the fitted springs."""
-    project, leg = task.project, _with_dampers(refit.leg, dampers)
+def _sources(task: ChoiceTask, leg: Leg) -> list[SpringSource]:
+    """Each joint's source of springs, for the travel of the springs of ``leg``."""
+    project = task.project
     return [
         SpringSource(
             joint.name,
@@ -159,7 +211,7 @@ def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> l
             task.catalogue,
             project.cad,
             project.parts,
-            task.held.get(joint.name),
+            task.held.wires.get(joint.name),
             task.drawn,
         )
         for joint, turn in zip(leg.joints, travels(leg, task.wanted.motions), strict=True)

@@ -13,7 +13,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.cad.dimensions import LegDimensions  # a stored design refers to the class by this name
 from synth.design.choice_robustness import ChoiceRobustness, choice_robustness
-from synth.design.choice_rounds import ChoiceTask, Stage, choose_in_rounds, first_choice
+from synth.design.choice_rounds import ChoiceTask, LastChoice, Stage, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
@@ -158,7 +158,7 @@ def design_for(
     stage: Stage,
     *,
     effort: Effort = "full",
-    held: Mapping[str, float] | None = None,
+    held: LastChoice | None = None,
     drawn: bool = False,
 ) -> LegDesign:
     """The design for the links of ``target``: those of the project, or the same with the joints' parts on them.
@@ -186,7 +186,7 @@ def design_for(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
         )
     swaps = effort in ("chosen", "full")
-    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or {}, swaps, drawn)
+    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or LastChoice(), swaps, drawn)
     sets, refit = (first_choice if effort == "first" else choose_in_rounds)(task, dampers, stage)
     dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):

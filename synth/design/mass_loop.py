@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from synth.design.choice_rounds import Stage
+from synth.design.choice_rounds import LastChoice, Stage, built_free_angles
 from synth.design.drawn_springs import draw_up, simulate_built_leg
 from synth.design.judged_sets import Judge
 from synth.design.leg_design import (
@@ -78,7 +78,7 @@ def _rounds(
 ) -> LegDesign:
     """Choose parts and compute masses until the chosen parts, or nearly their masses, are those of the links."""
     target, labels = start
-    held: dict[str, float] = {}
+    held = LastChoice()
     for count in range(1, MOST_ROUNDS + 1):
         effort: Effort = "chosen" if count > 1 else "found"
         design = design_for(project, catalogue, known, target, stage, effort=effort, held=held, drawn=True)
@@ -88,7 +88,7 @@ def _rounds(
         settled = count > 1 and same_links(target, carrying, within)
         if settled:
             break
-        target, labels, held = carrying, design.sets.chosen.labels, _wires(design)
+        target, labels, held = carrying, design.sets.chosen.labels, _last(design)
     rounds = MassRounds(count, settled)
     design = scales.settled(replace(design, project=project, rounds=rounds), catalogue)
     if not settled:
@@ -106,10 +106,11 @@ def _judged_as_drawn(design: LegDesign) -> LegDesign:
     return replace(design, sets=sets, springs=sets.springs, dampers=sets.dampers)
 
 
-def _wires(design: LegDesign) -> dict[str, float]:
-    """Wire diameter (m) of each joint that gets one spring to wind."""
+def _last(design: LegDesign) -> LastChoice:
+    """Wire of each joint that gets one spring to wind, and free angles."""
     made = zip(design.built.joint_names, (option.design for option in design.springs.chosen), strict=True)
-    return {name: spring.wire_diameter for name, spring in made if spring is not None and spring.count == 1}
+    wires = {name: spring.wire_diameter for name, spring in made if spring is not None and spring.count == 1}
+    return LastChoice(wires, built_free_angles(design.sets.leg))
 
 
 def _unsettled_sentences(rounds: MassRounds) -> list[tuple[str | None, str]]:
