@@ -24,7 +24,8 @@ from synth.fit.free_motion_start import (
     start_sentence,
 )
 from synth.fit.joint_laws import AnotherLaw
-from synth.fit.least_squares import FitStart, Solution, Stage
+from synth.fit.least_squares import FitStart, Solution, Stage, solve
+from synth.fit.link_errors import link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.pieces_start import refine_by_pieces
 from synth.fit.point_check import CheckedPoints, check_points, without_balances
@@ -33,6 +34,7 @@ from synth.fit.refinement import misfit, refine, refine_other_starts
 from synth.fit.report_fit import FittedTreatments, Treatment, result_of
 from synth.fit.ridge import MISFIT, soften
 from synth.fit.starts import first_locals, weak_form_start
+from synth.fit.stated_knowledge import stated_knowledge
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, root_mean_square, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
@@ -141,12 +143,32 @@ def _fit_checked(
         return cut_or_law(_fit_later(leg, recordings, asked, hidden.cut, note), law)
     softened = _soften_stage(model, recordings, chosen.stage, scatter)
     treatments[mode] = replace(chosen, stage=softened.stage)
+    # Along a ridge that was moved the trials do not tell the rate, and what is stated of it holds it by itself.
+    stated = None
+    if softened.least is None:
+        widths = link_widths(leg, options.tolerance, recordings)
+        stated = stated_knowledge(leg, model, recordings, softened.stage, widths, options.static)
+    if stated is not None:
+        model = model_of(stated.leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
+        treatments = {name: _with_links(model, recordings, each, stated.values) for name, each in treatments.items()}
     if isinstance(hidden, Drift):
         error = hidden.error
     fitted = FittedTreatments(
-        treatments, mode, why, softened=softened.sentences, least=softened.least, error=error, left_out=points.left_out
-    )
+        treatments, mode, why, softened=softened.sentences, least=softened.least, error=error,
+        left_out=points.left_out, stated=stated,
+    )  # fmt: skip
     return result_of(model, recordings, fitted, scatter, options)
+
+
+def _with_links(
+    model: TrajectoryModel, recordings: Sequence[Recording], treatment: Treatment, values: Array
+) -> Treatment:
+    """The treatment solved again from these values (p,), with other links than before."""
+    stage = treatment.stage
+    if not np.isfinite(stage.solution.cost):
+        return treatment
+    found = solve(model, recordings, FitStart(values, stage.solution.locals), stage.weights)
+    return replace(treatment, stage=Stage(found, stage.weights))
 
 
 def _law_of_all_samples(

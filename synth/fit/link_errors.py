@@ -85,10 +85,24 @@ def link_errors(
     def change(t: int) -> Array:
         return _prediction_changes(model, recordings[t], legs, solution.values, solution.locals[t]) * deviation
 
-    beside = _of_points(model, solution.values, open_, static) * deviation if static else None
+    beside = gradient_by_links(model, solution.values, widths, static) if static else None
     found = follow_changes(model, recordings, stage, change, lambda recording: recording.time < until, beside)
     names = [(name, quantity) for quantity in QUANTITIES for name in model.leg.joint_names]
     return LinkErrors(tuple(names[k] for k in open_), deviation, found.considered, found.left)
+
+
+def gradient_by_links(model: TrajectoryModel, values: Array, widths: Array, static: Sequence[StaticPoint]) -> Array:
+    """(p, c) change of the static points' gradient per deviation of each uncertain parameter, the unknowns held."""
+    open_ = np.flatnonzero(widths.ravel() > 0.0)
+    return _of_points(model, values, open_, static) * widths.ravel()[open_]
+
+
+def moved_leg(leg: Leg, widths: Array, deviations: Array, recordings: Sequence[Recording]) -> Leg:
+    """The leg with each uncertain parameter moved by these ``deviations`` (c,), in the order of ``link_errors``."""
+    moved = np.zeros(widths.size)
+    open_ = np.flatnonzero(widths.ravel() > 0.0)
+    moved[open_] = deviations * widths.ravel()[open_]
+    return Tolerances(np.ones(widths.shape), tuple(joints_by_current(recordings))).leg(leg, moved)
 
 
 def link_widths(leg: Leg, tolerance: Tolerance | None, recordings: Sequence[Recording]) -> Array:

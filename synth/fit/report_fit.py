@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.consider import Considered
 from synth.estimation.intervals import Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
@@ -32,6 +31,7 @@ from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge import MISFIT
 from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
+from synth.fit.stated_knowledge import StatedKnowledge, with_stated
 from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import trial_fits
@@ -72,7 +72,7 @@ class FittedTreatments:
     ``searched`` : the stage does not minimise its residuals, so a large residual does not contradict the
     model.
     ``error`` : of the model, which the chosen treatment's intervals include.
-    ``left_out`` : static points that contradict the recordings.
+    ``left_out`` : static points that contradict the recordings. ``stated`` : of the chosen treatment.
     """
 
     treatments: Mapping[str, Treatment]
@@ -83,6 +83,7 @@ class FittedTreatments:
     least: Solution | None = None
     error: ModelError | None = None
     left_out: Sequence[LeftOutPoint] = ()
+    stated: StatedKnowledge | None = None
 
     @property
     def stage(self) -> Stage:
@@ -109,7 +110,7 @@ def result_of(
     spreads, chosen = {name: spread_of(model, recordings, t.stage) for name, t in treatments.items()}, solutions[mode]
     refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
-    links[mode] = _with_law(fitted.error, links[mode])
+    spreads[mode], links[mode] = with_stated(fitted.stated, fitted.error, spreads[mode], links[mode])
     alone, nones = _none_rates(model, fitted, solutions, links)
     offsets = interval_ends(unknowns, (mode, chosen), spreads, refits, nones, fitted.error, fitted.least)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
@@ -122,7 +123,7 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
-    ridges, scale = (*fitted.softened, *(each.sentence for each in alike)), _mass_scale(unknowns, recordings)
+    ridges, scale = (*fitted.softened, *(e.sentence for e in alike)), _mass_scale(unknowns, recordings, fitted.stated)
     total, told = with_links_and_law(nones[mode].links, fitted.error, alone), _by_unknown(unknowns, joints[mode])
     known = Known(alone, total, chosen.values, offsets[mode], told, widths, fitted.least)
     return FitResult(
@@ -198,6 +199,7 @@ def _first_sentences(fitted: FittedTreatments, leg: Leg, recordings: Sequence[Re
     """The first sentences: on static points left out, on the model's law, and on what is fitted."""
     points = [each.sentence(leg.joint_names[each.balance.joint]) for each in fitted.left_out]
     laws = [fitted.error.sentence] if fitted.error is not None else []
+    laws += fitted.stated.sentences if fitted.stated is not None else ()
     return (*points, *laws, *sentences_on_reading(recordings))
 
 
@@ -218,13 +220,6 @@ def _none_rates(
 def _with_model_error(error: ModelError | None, drawn: Array, seed: int) -> Array:
     """Draws (k, p) of the unknowns with the model's error in them."""
     return drawn if error is None else error.added_to(drawn, seed)
-
-
-def _with_law(error: ModelError | None, links: LinkErrors | None) -> LinkErrors | None:
-    """The links' errors, with the coefficients of the model's law following them."""
-    if links is None or error is None or error.by_links is None or not error.by_links.size:
-        return links
-    return replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
 
 
 def _equal_pairs(
@@ -258,9 +253,11 @@ def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float]
     )
 
 
-def _mass_scale(unknowns: SpringsAndDampers, recordings: Sequence[Recording]) -> list[Remark]:
-    """The sentence on the mass scale, if the trials leave it open."""
-    weighed = any(balance.weighed for balance in unknowns.balances)
+def _mass_scale(
+    unknowns: SpringsAndDampers, recordings: Sequence[Recording], stated: StatedKnowledge | None
+) -> list[Remark]:
+    """The sentence on the mass scale, if neither the trials nor what is stated tells it."""
+    weighed = any(balance.weighed for balance in unknowns.balances) or (stated is not None and stated.tells_scale)
     scale = mass_scale_sentence(unknowns.leg, recordings, weighed=weighed)
     return [scale] if scale else []
 
