@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from fit.simulated_legs import bare
 from synth.estimation.intervals import NORMAL90
+from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
@@ -28,7 +31,9 @@ def wheel(inertia: float, rate: float = RATE) -> Leg:
     return Leg("wheel", (Joint("axle", link, spring=Spring(rate, 0.2), damper=Damper(DAMPING)),), gravity=0.0)
 
 
-def fitted(inertia: float, stated: float, prior: float | None, tolerance: float = 0.02) -> FitResult:
+def fitted(
+    inertia: float, stated: float, prior: float | None, tolerance: float = 0.02, static: Sequence[StaticPoint] = ()
+) -> FitResult:
     """Of the wheel with ``inertia`` times the stated one, and with a rate stated as ``stated`` times its own."""
     rng, built = np.random.default_rng(3), wheel(inertia * INERTIA)
     trials = []
@@ -40,6 +45,7 @@ def fitted(inertia: float, stated: float, prior: float | None, tolerance: float 
     options = LegFitOptions(
         tolerance=Tolerance(length=0.0, mass=0.0, com=0.0, inertia=tolerance),
         prior=None if prior is None else RatePrior(spring=prior, damper=None, free_angle=None),
+        static=tuple(static),
     )
     return fit_leg(given if prior is not None else bare(given), recordings(given, trials), options)
 
@@ -64,6 +70,25 @@ def test_a_prior_and_the_inertia_are_weighed_by_what_is_known_of_each(prior: flo
     assert rate.value / inertia == pytest.approx(RATE / (0.97 * INERTIA), rel=1e-3)
     open_ = [text for text in found.not_separable if kind_of(text) == MASS_SCALE]
     assert bool(open_) == (prior > 0.01)
+
+
+@pytest.mark.parametrize("error", [0.02, 0.005])
+def test_a_static_point_is_weighed_as_a_prior_is(error: float) -> None:
+    """A torque known to a share beside an inertia known to 2 %: the same two sources of one number."""
+    turned, torque = 1.0, 1.01 * RATE
+    point = StaticPoint(
+        "held", np.array([0.2 + turned]), np.array([torque * turned]), (0,),
+        torque_error=error * torque * turned, angle_error=1e-6,
+    )  # fmt: skip
+    found = fitted(0.97, 1.0, None, static=[point])
+    rate = found.joints["axle"].spring_rate
+    assert rate.low is not None
+    assert rate.high is not None
+    weight = error**-2 / (error**-2 + 0.02**-2)
+    expected = (1.0 - weight) * np.log(1.0 / 0.97) + weight * np.log(1.01)
+    assert np.log(rate.value / RATE) == pytest.approx(expected, abs=6e-4)
+    half = 0.5 * np.log(rate.high / rate.low)
+    assert half == pytest.approx(NORMAL90 / np.hypot(1.0 / error, 1.0 / 0.02), abs=6e-4)
 
 
 def test_exact_links_and_no_prior_change_nothing() -> None:
