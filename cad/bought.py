@@ -11,10 +11,9 @@ from synth.cad.arm_shaft import loose
 from synth.cad.damper_side import pin_part, shaft_end
 from synth.cad.dimensions import JointDimensions
 from synth.cad.encoder_seat import seat_height
-from synth.cad.hardware import SOLID
 from synth.cad.hinge import cross_screw, cylinder, pocket_depth, socket_screw_at
 from synth.cad.layout import JointLayout
-from synth.cad.parts import DENSITIES, DrawnPart, Group
+from synth.cad.parts import DrawnPart, Group
 from synth.cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
 from synth.cad.shaft_line import lay_shaft
 from synth.cad.standard_part import StandardPart
@@ -38,14 +37,13 @@ def _bearings(dimensions: JointDimensions, layout: JointLayout) -> list[DrawnPar
     bearing, deep = dimensions.hardware.bearing, pocket_depth(dimensions)
     bore = loose(bearing.bore)
     volume = arm_shaft.ring_volume(bearing.outer_diameter, bore, bearing.width)
-    mass = bearing.mass if bearing.mass is not None else SOLID * DENSITIES["shaft"] * 1e-3 * volume
     words = f" ball bearing, {bearing.bore:g} x {bearing.outer_diameter:g} x {bearing.width:g} mm, two shields"
     words += f" (sold as {bearing.sold_as})"
     made = StandardPart("bearing", bearing.standard, bearing.designation, words)
     found = []
     for which, bottom in (("a", -layout.gap_a - deep), ("b", layout.gap_b + deep - bearing.width)):
         solid = arm_shaft.build_ring(bearing.outer_diameter, bore, bottom, bottom + bearing.width)
-        found.append(DrawnPart(f"bearing_{which}", "bearing", "upper", solid, volume, False, made, mass))
+        found.append(DrawnPart(f"bearing_{which}", "bearing", "upper", solid, volume, False, made, bearing.mass))
     return found
 
 

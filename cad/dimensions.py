@@ -139,6 +139,9 @@ class JointDimensions:
     link_length: float = dimension(200.0, 20.0, 1500.0, "mm", "hinge axis to hinge axis")
     link_width: float = dimension(20.0, 6.0, 80.0, "mm", "outer diameter of the link's tube; 20 x 1.5 is stock")
     tube_wall: float = dimension(1.5, 0.5, 10.0, "mm", "of the link's tube")
+    socket: float | None = dimension(
+        None, 6.0, 200.0, "mm", "depth in which a half holds its tube; left out 1.2 diameters, so that it does not rock"
+    )
     shaft_diameter: float = dimension(
         8.0, 3.0, 20.0, "mm", "of a stock rod; bearings and collars are listed for these; 8 carries a dog's leg"
     )
@@ -201,6 +204,16 @@ class JointDimensions:
         """Largest torque of all springs together from stop to stop, N*m; 0 if the rate is unknown."""
         turned = max(abs(angle - self.free_angle) for angle in self.stop_angles)
         return self.loads.spring_rate * math.radians(turned)
+
+    @property
+    def stop_torque(self) -> float:
+        """Largest torque at a stop, N*m: of the springs, and of the damper at the joint's fastest speed."""
+        return self.spring_torque + self.loads.damper_torque
+
+    @property
+    def socket_depth(self) -> float:
+        """Depth of the tube's sockets, mm."""
+        return 1.2 * self.link_width if self.socket is None else self.socket
 
     @property
     def arm_offset(self) -> float:

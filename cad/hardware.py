@@ -15,7 +15,6 @@ from synth.cad.limits import DimensionError, DimensionProblem
 
 ROUNDING = 1e-9  # mm, rounding error of sums of dimensions
 PIN_SHARE = 0.34  # of a shaft's diameter: largest cross pin; a quarter to a third is the usual rule
-SOLID = 0.65  # steel fraction of a ball bearing's envelope, if its mass is unknown: 0.61 (688) to 0.67 (6000)
 
 
 def _shortest_length(lengths: Sequence[float], wanted: float) -> float | None:
@@ -73,7 +72,7 @@ class Nut:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A deep groove ball bearing; mm, N and g (None: not known)."""
+    """A deep groove ball bearing; mm, N and g."""
 
     standard: str
     designation: str
@@ -81,8 +80,8 @@ class Bearing:
     bore: float
     outer_diameter: float
     width: float
-    static_load: float | None
-    mass: float | None
+    static_load: float
+    mass: float
 
 
 @dataclass(frozen=True)
@@ -140,10 +139,6 @@ def table(family: str) -> list[dict[str, str]]:
     path = Path(__file__).parents[1] / "_catalogs" / f"{family}.csv"
     with path.open(encoding="utf-8", newline="") as file:
         return [{key.split(" [")[0]: value for key, value in row.items()} for row in csv.DictReader(file)]
-
-
-def _number_of_cell(cell: str) -> float | None:
-    return float(cell) if cell else None
 
 
 def _screws(family: str) -> tuple[Screw, ...]:
@@ -204,7 +199,7 @@ def bearings() -> tuple[Bearing, ...]:
     found = [
         Bearing(
             row["standard"], row["designation"], row["sold_as"], float(row["bore"]), float(row["outer_diameter"]),
-            float(row["width"]), _number_of_cell(row["static_load"]), _number_of_cell(row["mass"]),
+            float(row["width"]), float(row["static_load"]), float(row["mass"]),
         )
         for row in table("ball_bearings")
     ]  # fmt: skip

@@ -334,7 +334,7 @@ def place(dimensions: JointDimensions) -> JointLayout:
         bracket_bore=bracket_bore(dimensions),
         seat_radius=seat_radius(dimensions),
         socket_outer=socket_outer,
-        socket_depth=1.2 * dimensions.link_width,
+        socket_depth=dimensions.socket_depth,
         web_thickness=web_thickness,
         notch_bottom=upper.height - space.growth / 2 - space.drop - spring.wire_diameter / 2 - clear,
         notch=_notch(dimensions, upper, space),

@@ -50,7 +50,9 @@ COLOURS: dict[str, tuple[float, float, float]] = {
 # g/cm^3 of parts that are not printed; those of bought dampers and encoders are unknown.
 STEEL = ("shaft", "screw", "nut", "pin", "collar", "washer")  # families
 DENSITIES = {"spring": 7.85, "link": 2.70} | dict.fromkeys(STEEL, 7.85)
-MATERIALS = {"spring": "spring steel", "link": "aluminium tube"} | dict.fromkeys(STEEL, "steel")
+MATERIALS = {"spring": "spring steel", "link": "aluminium tube (EN AW-6060 T6 or stronger)"} | dict.fromkeys(
+    STEEL, "steel"
+)
 
 
 @dataclass(frozen=True)

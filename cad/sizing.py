@@ -13,13 +13,17 @@ from synth.cad.fittings import PrintDimensions
 from synth.cad.hardware import screws, shaft_sizes
 from synth.cad.layout import floor_of
 from synth.cad.limits import DimensionError
-from synth.cad.strength import ALL_AROUND, Stress, stresses
+from synth.cad.strength import ALL_AROUND, Stress, stresses, tube_modulus
 
 STOCK: dict[str, tuple[float, ...]] = {  # mm, as screws and ground shafts are sold
     "seat_screw": tuple(screw.size for screw in screws()),
     "shaft_diameter": shaft_sizes(),
 }
-SIZED = ("seat_screw", "seat_length", "cap", "floor", "adapter.output_grip")
+# Round aluminium tube, outer diameter and wall in mm, each with a larger section modulus than the one before. The sizes
+# are common ones of EN AW-6060, from memory; a project states what its dealer has.
+TUBES = ((20.0, 1.5), (20.0, 2.0), (25.0, 2.0), (30.0, 2.0), (35.0, 2.0), (40.0, 2.0), (50.0, 2.0), (50.0, 3.0),
+         (60.0, 3.0), (80.0, 3.0))  # fmt: skip
+SIZED = ("seat_screw", "seat_length", "cap", "floor", "adapter.output_grip", "socket", "link_width")
 # The three ways in which a part may lie on the bed.
 WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
 
@@ -62,6 +66,8 @@ def _cost(now: JointDimensions, tried: JointDimensions, printing: PrintDimension
             (1.0, seat_size(now).length, seat_size(tried).length),
             (2.0, seat_size(now).screw, seat_size(tried).screw),
             (1.0, now.shaft_diameter, tried.shaft_diameter),
+            (1.0, now.socket_depth, tried.socket_depth),
+            (1.0, now.link_width, tried.link_width),
         )
     )
     # At least half a millimetre counts, so that a step without growth does not win at any gain.
@@ -83,6 +89,11 @@ def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
         key = name.removeprefix("adapter.")
         grown = replace(adapter, **{key: getattr(adapter, key) + 1.0})
         tried = replace(dimensions, damper=replace(dimensions.damper, adapter=grown))
+    elif name == "link_width":
+        tube = _stronger_tube(dimensions)
+        if tube is None:
+            return None
+        tried = replace(dimensions, link_width=tube[0], tube_wall=tube[1])
     else:
         now = _drawn_value(dimensions, name)
         larger = [size for size in STOCK.get(name, (now + 1.0,)) if size > now]
@@ -96,10 +107,19 @@ def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
         return None
 
 
+def _stronger_tube(dimensions: JointDimensions) -> tuple[float, float] | None:
+    """The next stock tube, diameter and wall in mm, that bears more and is not narrower; None if none is sold."""
+    now = tube_modulus(dimensions.link_width, dimensions.tube_wall)
+    return next((tube for tube in TUBES if tube_modulus(*tube) > now and tube[0] >= dimensions.link_width), None)
+
+
 def _drawn_value(dimensions: JointDimensions, name: str) -> float:
     """A dimension as drawn, including derived ones that are left open."""
     seat = seat_size(dimensions)
-    drawn = {"floor": floor_of(dimensions, seat), "seat_screw": seat.screw, "seat_length": seat.length}
+    drawn = {
+        "floor": floor_of(dimensions, seat), "seat_screw": seat.screw, "seat_length": seat.length,
+        "socket": dimensions.socket_depth,
+    }  # fmt: skip
     return drawn[name] if name in drawn else float(getattr(dimensions, name))
 
 

@@ -18,7 +18,11 @@ middle to both ends (a rigid bar on an elastic foundation). The resulting stress
   T/(d s (D + s)), s of its length in the hub on either side, D the shaft, d the pin;
 - a D, square or hexagon that drives or is driven: pressure on half of each flat, h wide and l long, that grows
   linearly to its edge: 3 T/(n l h^2) with n half flats (a D: one; a square: four; a hexagon: six);
-- the bearings: the force that keeps the coil on the axis, halved, against their static load.
+- the bearings: the force that keeps the coil on the axis, halved, against their static load;
+- the link's tube: what holds the link against the spring bends it by up to the torque at the stop, M/Z with
+  Z = pi (D^4 - d^4)/(32 D); its screws' holes lie on the neutral line;
+- the tube's sockets, which pass that moment on as a seat does: the pressure of its line load 6 M/l^2 on the tube's
+  width, and the pull that it causes in the walls on both sides of the tube, 3 M/(l^2 t) (net section of a lug).
 
 Print has a lower strength between layers: Hankinson's formula interpolates between the two strengths. Stresses are
 those of sections and mean pressures, without notch factors, which the material's scatter does not justify.
@@ -47,6 +51,9 @@ from synth.cad.shaft_line import tongue_pin
 Axis = tuple[float, float, float]
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in
 PIN_YIELD = 650.0  # MPa; lowest published value for the core of hardened dowels; ASME B18.8.5M: 1050 MPa in shear
+# MPa, 0.2 % proof stress: EN AW-6060 T6 extruded, EN 755-2, the softest that aluminium tube is commonly sold in
+# (6060 T66: 160, 6063 T6: 170, 6082 T6: 250).
+TUBE_YIELD = 150.0
 BEARING = 1.5  # of the tensile strength: bearing strength of a hole's wall (edge distance of two diameters)
 FRICTION = 0.2  # print on print, dry; PLA and nylon are measured at 0.2 to 0.5
 SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
@@ -120,7 +127,7 @@ def _plate(dimensions: JointDimensions, layout: JointLayout, printed: float) -> 
 
 def _stops(dimensions: JointDimensions, layout: JointLayout, printed: float) -> list[Stress]:
     """Each horn's bending at its root."""
-    torque = (dimensions.spring_torque + dimensions.loads.damper_torque) * 1e3
+    torque = dimensions.stop_torque * 1e3
     floor = layout.floor_top - layout.floor_bottom
     found = []
     for stop, which in zip(layout.stops, ("low", "high"), strict=True):
@@ -128,6 +135,28 @@ def _stops(dimensions: JointDimensions, layout: JointLayout, printed: float) -> 
         bending = 6 * torque / stop.outer * lever / (floor * stop.width**2)
         along = (*unit(stop.flank), 0.0)
         found.append(Stress(f"{which} stop, bending", "lower", bending, printed, (along,), ("wall", "floor")))
+    return found
+
+
+def tube_modulus(outer: float, wall: float) -> float:
+    """Section modulus (mm^3) of a tube of diameter ``outer`` and thickness ``wall``, mm."""
+    inner = outer - 2 * wall
+    return math.pi * (outer**4 - inner**4) / (32 * outer)
+
+
+def _link(dimensions: JointDimensions, layout: JointLayout, printed: float) -> list[Stress]:
+    """The link's tube, and the sockets in which both halves hold a tube."""
+    moment, along = dimensions.stop_torque * 1e3, ((1.0, 0.0, 0.0),)
+    bending = moment / tube_modulus(dimensions.link_width, dimensions.tube_wall)
+    found = [Stress("link's tube, bending", "link", bending, TUBE_YIELD, (), ("link_width", "tube_wall"))]
+    line_load = 6 * moment / layout.socket_depth**2
+    deeper = ("socket", "link_width")
+    for half in ("lower", "upper") if dimensions.mount is None else ("lower",):
+        pressure, pull = line_load / dimensions.link_width, line_load / (2 * dimensions.wall)
+        found += [
+            Stress(f"{half} socket, pressure", half, pressure, BEARING * printed, along, deeper),
+            Stress(f"{half} socket's wall, tension", half, pull, printed, along, (*deeper, "wall")),
+        ]
     return found
 
 
@@ -253,6 +282,8 @@ def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDi
         found.append(Stress("shaft, bending", "shaft", bending, SHAFT_YIELD, (), ("shaft_diameter",)))
     if dimensions.loads.damper_torque > 0.0:
         found += _damper(dimensions, layout, printed)
+    if dimensions.stop_torque > 0.0:
+        found += _link(dimensions, layout, printed)
     flip_x, flip_z = layout.flips
     return tuple(_flip_stress(stress, flip_x, flip_z) for stress in found)
 
@@ -268,7 +299,7 @@ def check_strength(
     """Every stress against what is allowed; ``layers``: the layers' normal of each printed part, by the part's name."""
     results, joint = [], file_name(dimensions.name)
     bearing = dimensions.hardware.bearing
-    if dimensions.spring_torque > 0.0 and bearing.static_load is not None:
+    if dimensions.spring_torque > 0.0:
         load = dimensions.springs * axis_force(dimensions, layout) / 2
         text = f"static load of {bearing.designation}, half of the force that keeps the coil on the axis on each"
         text += "; a larger shaft_diameter allows a larger bearing"

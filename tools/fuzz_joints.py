@@ -87,7 +87,7 @@ def anywhere(generator: random.Random) -> JointDimensions:
     rest = generator.uniform(low, high)
     drawn = _within(
         generator, JointDimensions, free_angle=generator.uniform(low, high), rest_angle=rest, zero_angle=zero,
-        upper_arm_angle=0.0, floor=None, seat_screw=None, seat_length=None,
+        upper_arm_angle=0.0, floor=None, seat_screw=None, seat_length=None, socket=None,
     )  # fmt: skip
     damper = DamperDimensions(**_within(generator, DamperDimensions, travel=None))  # which changes no solid
     if drawn["link_width"] > ODD * limit_of(JointDimensions, "link_width").high:  # most shafts are stock

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from synth.reports.forecast_condition import assumed_laws_words
 from synth.reports.opening import Cell, Figures, Opening, joined_names
-from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps
+from synth.reports.openings.leg_steps import left_out, measured_joints, slipping_dampers, steps, still_joints
 from synth.reports.quantities import brief, interval_text, share_text, text
 from synth.reports.reading import Json, Result, png_uri, value_of
 from synth.reports.section import mapping, sequence
@@ -34,7 +34,7 @@ def leg_opening(result: Result) -> Opening:
         figure,
         caption,
         _figures(document),
-        False if without or failed or slipping or left_out(document) else good,
+        False if without or failed or slipping or left_out(document) or still_joints(document) else good,
     )
 
 
@@ -61,7 +61,7 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
     elif failed:
         count = len(sequence(document, "solids", "checks"))
         start = f"Not ready to build: {len(failed)} of {count} checks of the joints failed, so no part is exported"
-    elif slipping or left_out(document):
+    elif slipping or left_out(document) or still_joints(document):
         start = f"Not ready to build: {'; '.join(_undecided(document, slipping))}"
     elif mapping(document, "solids").get("drawn"):
         start = "The leg can be built"
@@ -74,7 +74,9 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
 
 def _undecided(document: Json, slipping: list[str]) -> list[str]:
     """What keeps a leg of checked joints from being built as it is."""
-    found = []
+    found, still = [], still_joints(document)
+    if still:
+        found.append(f"as built, {joined_names(still)} hardly {'turns' if len(still) == 1 else 'turn'}")
     if slipping:
         many = "s" if len(slipping) > 1 else ""
         found.append(f"as drawn, the damper{many} of {joined_names(slipping)} would slip on the shaft{many}")

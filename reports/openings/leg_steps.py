@@ -26,6 +26,11 @@ def left_out(document: Json) -> list[str]:
     return [f"{what} of the {name}" for name, found in ranges.items() for what in sequence(found, "outside")]
 
 
+def still_joints(document: Json) -> list[str]:
+    """Joints that hardly move as built."""
+    return [name for name, joint in mapping(document, "joints").items() if mapping(joint, "motion").get("still")]
+
+
 def measured_joints(document: Json) -> list[str]:
     """The joints whose spring's free angle is measured."""
     return [str(name) for name in sequence(document, "response", "free_angles_measured")]
@@ -41,12 +46,15 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
         return [f"{failed[0].get('text')}. Change `cad:` or `select:` in the project."]
     if not mapping(document, "joints"):
         return []
+    still = _still(document)
     if not mapping(document, "solids").get("drawn"):
         return [
+            *still,
             "Run without `--no-cad` before you order: only then do the links carry their joints' parts, and spring "
-            "rates go with the links' inertia. That run gives the parts to print, too."
+            "rates go with the links' inertia. That run gives the parts to print, too.",
         ]
-    found, turns, measuring = _dampers_first(document, slipping), _seat_turns(document), _measurement_step(document)
+    found = [*still, *_dampers_first(document, slipping)]
+    turns, measuring = _seat_turns(document), _measurement_step(document)
     if left_out(document):
         found.insert(0, _wider(document))
     beyond = _beyond_seat(document)
@@ -58,6 +66,22 @@ def steps(document: Json, without: list[str], failed: list[Mapping[str, Any]], s
     what = "the other parts" if found else "the parts"
     assemble = "; assemble the joints with their seats at 0 and the dampers off" if measuring else ""
     return [*found, f"Order {what} in `bom.csv`, print the plates `parts/leg_print_*.3mf`{assemble}.", *measuring]
+
+
+def _still(document: Json) -> list[str]:
+    """The decision on joints that hardly move as built."""
+    found, joints = [], mapping(document, "joints")
+    for name in still_joints(document):
+        motion = mapping(joints, name, "motion")
+        built, wanted = (with_decimals(value_of(motion.get(key)) or 0.0, 1) for key in ("built", "wanted"))
+        found.append(f"{name} (built {built}°, wanted {wanted}°)")
+    if not found:
+        return []
+    turn = "turns" if len(found) == 1 else "turn"
+    return [
+        f"Have a leg first that moves: as built, {joined_names(found)} hardly {turn}. The warnings say what to change; "
+        "order nothing before."
+    ]
 
 
 def _wider(document: Json) -> str:

@@ -105,7 +105,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
     from synth.parts.catalogs import Catalogue
-    from synth.spring.spring_files import write_result
+    from synth.spring.spring_files import reasons_not_drawn, write_result
 
     catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
     if arguments.action is not None:
@@ -124,8 +124,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
             answer.write(folder)
             names = sorted(path.name for path in folder.iterdir())
         written = [str(Path(arguments.out) / name) for name in names]
-        if answer.best is not None and wish.convention != "tangent":
-            progress.say(f"note: no STEP or STL, {wish.convention} legs cannot be drawn; tangent ones can")
+        if answer.best is not None:
+            for reason in reasons_not_drawn(answer.best):
+                progress.say(f"note: no STEP or STL, {reason}")
     status = 0 if answer.best is not None and answer.best.feasible else IMPOSSIBLE
     if arguments.json == "-":
         progress.document(json.dumps(answer.content, indent=2))

@@ -121,7 +121,7 @@ def first_choice(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> t
     with stage("choosing parts for a first drawing"):
         refit = refit_links(task, dampers)
         leg = _with_dampers(refit.leg, dampers)
-        sources = _sources(task, leg)
+        sources = _sources(task, _with_known_angles(task, refit, leg))
         return unjudged_set(task.wanted, leg, dampers, sources, task.project.parts, seed=task.project.fit.seed), refit
 
 
@@ -142,7 +142,7 @@ def _choose_seated(
     from the fitted one, and so are the travel, the stress and the seat of the spring.
     """
     leg = _with_dampers(refit.leg, dampers)
-    sized = _with_free_angles(leg, task.held.free_angles)
+    sized = _with_free_angles(_with_known_angles(task, refit, leg), task.held.free_angles)
     off: dict[str, float] = {}
     for _ in range(MOST_SEATINGS):
         sets = choose_sets(
@@ -160,6 +160,26 @@ def _choose_seated(
         for name, words in zip(leg.joint_names, sets.springs.notes, strict=True)
     ]
     return replace(sets, springs=replace(sets.springs, notes=tuple(notes)))
+
+
+def _with_known_angles(task: ChoiceTask, refit: FitResult, leg: Leg) -> Leg:
+    """The leg with another free angle wherever the fit leaves it open: that with which the joint rests as wanted.
+
+    Where a damper is far too strong the motion hardly depends on the spring, and the fit may put the free angle turns
+    away. For a spring that is sized for it nothing holds. The rates are those of the fit with linear dampers, which the
+    wanted motion determines.
+    """
+    open_ones = [name for name, joint in refit.joints.items() if joint.free_angle.is_any_angle]
+    if not open_ones:
+        return leg
+    joints = []
+    for joint, linear in zip(leg.joints, task.target.leg.joints, strict=True):
+        assert joint.spring is not None
+        assert linear.spring is not None
+        rate = linear.spring.rate if joint.name in open_ones else joint.spring.rate
+        joints.append(replace(joint, spring=replace(joint.spring, rate=rate)))
+    rested = built_free_angles(task.wanted.at_rest_like_wanted(replace(leg, joints=tuple(joints))))
+    return _with_free_angles(leg, {name: rested[name] for name in open_ones})
 
 
 def built_free_angles(leg: Leg) -> dict[str, float]:

@@ -28,8 +28,8 @@ FALLEN = 0.01  # of the highest torque: more than the rounding of its digits
 def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | None, fastest: float) -> list[str]:
     """Warnings on a chosen damper: an assumed law, a thinned or falling table, speeds beyond the known ones.
 
-    ``measured``: of the joint's damper, used if the option's law is ``curve``; ``fastest``: highest speed of the wanted
-    motion, rad/s.
+    ``measured``: of the joint's damper, used if the option's law is ``curve``; ``fastest``: highest speed of the joint
+    as built, rad/s.
     """
     warnings, reached = [], fastest * option.arrangement.ratio
     if option.row is not None and option.row.derived and option.law != "curve":

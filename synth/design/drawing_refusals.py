@@ -14,6 +14,8 @@ _CAD = {
     "shaft_diameter": "shaft_diameter",
     "clearance": "clearance",
     "wall": "wall",
+    "link_width": "link_width",
+    "tube_wall": "tube_wall",
     "bed": "bed",
     "strength": "print_strength",
     "density": "print_density",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, degrees, pi, remainder
 from typing import TYPE_CHECKING, Any
 
@@ -28,12 +28,26 @@ if TYPE_CHECKING:
 CIRCLE_STEPS = 10.0  # a mm, to which the least circle of screws is rounded up: it is what a message asks for
 
 
+@dataclass(frozen=True)
+class _Given:
+    """What a joint is drawn with, mm.
+
+    ``arm``: the spring's free arm; None: as short as the joint allows. ``circle``: of the damper's screws; None: its
+    own. ``tube``: its diameter and wall.
+    """
+
+    arm: float | None
+    circle: float | None
+    tube: tuple[float, float]
+
+
 def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None) -> Solids:
     """Dimensions of the built leg's joints, drawn in the rest pose.
 
-    Seats with their caps and screws, the floor, the grip of a damper's adapter and, if the project does not state it,
-    the shaft grow until they bear the joint's torque. ``arms``: the springs' free arm lengths, mm; None, for one or for
-    all: as short as the joint allows.
+    Seats with their caps and screws, the floor, the sockets, the grip of a damper's adapter and, if the project does
+    not state them, the shaft and the links' tube grow until they bear the joint's torque. All links have the tube of
+    the joint that asks for the largest, since a tube's two ends lie in two joints. ``arms``: the springs' free arm
+    lengths, mm; None, for one or for all: as short as the joint allows.
 
     Raises
     ------
@@ -43,8 +57,8 @@ def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None)
     """
     from synth import cad
     from synth.cad.leg_joints import link_problems
+    from synth.cad.strength import tube_modulus
 
-    notes: list[str] = []
     options = design.project.cad
     printing = cad.PrintDimensions(
         bed=(options.bed[0] * 1e3, options.bed[1] * 1e3, options.bed[2] * 1e3),
@@ -53,6 +67,31 @@ def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None)
         density=options.print_density * 1e-3,
         safety=options.safety,
     )
+    stated = (options.link_width * 1e3, options.tube_wall * 1e3)
+    tube, asking = stated, None
+    while True:
+        notes: list[str] = []
+        joints, narrow = _drawn_joints(design, tube, arms, printing, notes)
+        largest = max(joints, key=lambda joint: tube_modulus(joint.link_width, joint.tube_wall))
+        if tube == (largest.link_width, largest.tube_wall):
+            break
+        tube, asking = (largest.link_width, largest.tube_wall), largest
+    if asking is not None:
+        notes.append(_tube_note(asking, stated))
+    leg = cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=degrees(design.built.tilt), printing=printing)
+    if narrow:
+        raise cad.DimensionError([*link_problems(leg), *narrow])
+    return Solids(leg, tuple(notes))
+
+
+def _drawn_joints(
+    design: LegDesign,
+    tube: tuple[float, float],
+    arms: Sequence[float | None] | None,
+    printing: PrintDimensions,
+    notes: list[str],
+) -> tuple[list[JointDimensions], list[Any]]:
+    """Each joint, large enough for its loads, from links of ``tube`` (mm); the problems of circles of screws."""
     pose = np.degrees(design.built.to_measured(rest_pose(design.built)))
     fastest = fastest_rates(design.built_motions, [release.time for release in design.wanted.releases])
     joints, narrow = list[Any](), list[Any]()
@@ -60,17 +99,22 @@ def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None)
         arm = None if arms is None else arms[j]
 
         def drawn(circle: float | None, j: int = j, arm: float | None = arm) -> JointDimensions:
-            asked = _joint(design, j, (float(pose[j]), float(fastest[j])), (arm, circle), notes)
-            return _borne(design, asked, printing, notes)
+            moves = (float(pose[j]), float(fastest[j]))
+            return _borne(design, _joint(design, j, moves, _Given(arm, circle, tube), notes), printing, notes)
 
         joint, problem = with_least_circle(drawn)
         joints.append(joint)
         narrow += [] if problem is None else [problem]
-    tilt = degrees(design.built.tilt)
-    leg = cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=tilt, printing=printing)
-    if narrow:
-        raise cad.DimensionError([*link_problems(leg), *narrow])
-    return Solids(leg, tuple(notes))
+    return joints, narrow
+
+
+def _tube_note(asking: JointDimensions, stated: tuple[float, float]) -> str:
+    """What tube the links have instead of the ``stated`` one (mm), for the joint that asks for it."""
+    text = (
+        f"to bear {asking.stop_torque:.3g} N*m at the stop of {asking.name}, the links are of tube "
+        f"{asking.link_width:g} x {asking.tube_wall:g} mm instead of {stated[0]:g} x {stated[1]:g} mm"
+    )
+    return noted(text)
 
 
 def with_least_circle(drawn: Callable[[float | None], JointDimensions]) -> tuple[JointDimensions, Any]:
@@ -100,19 +144,16 @@ def with_least_circle(drawn: Callable[[float | None], JointDimensions]) -> tuple
             return joint, None if first is None else replace(first, allowed=f"at least {circle:g} mm")
 
 
-def _joint(
-    design: LegDesign, j: int, moves: tuple[float, float], given: tuple[float | None, float | None], notes: list[str]
-) -> JointDimensions:
+def _joint(design: LegDesign, j: int, moves: tuple[float, float], given: _Given, notes: list[str]) -> JointDimensions:
     """One joint before it is sized.
 
-    ``moves``: its rest angle, deg, and its fastest rate, rad/s. ``given``: the spring's free arm and the circle of the
-    damper's screws, mm; None: as short as the joint allows, and the damper's own.
+    ``moves``: its rest angle, deg, and its fastest rate, rad/s.
     """
     from synth import cad
 
     joint, options = design.built.joints[j], design.project.cad
     assert joint.spring is not None
-    (rest, fastest), (arm, circle) = moves, given
+    (rest, fastest), circle = moves, given.circle
     yields = yields_of(design, j)
     moved = drawn_range(design, j, rest)
     travel, stops = stops_of(design, j, moved, yields, notes)
@@ -126,7 +167,7 @@ def _joint(
     damper = damper_of(design, j, options.shaft_diameter * 1e3, notes)
     dimensions = cad.JointDimensions(
         name=joint.name,
-        spring=replace(_spring(design, j, notes), free_arm=arm),
+        spring=replace(_spring(design, j, notes), free_arm=given.arm),
         free_angle=degrees(joint.spring.free_angle),
         rest_angle=min(max(rest, travel[0]), travel[1]),  # a stated range may leave it out: it then leans on a stop
         range=travel,
@@ -136,6 +177,8 @@ def _joint(
         sign=joint.sign,
         damper=damper if circle is None else replace(damper, bolt_circle=circle),
         link_length=joint.link.length * 1e3,
+        link_width=given.tube[0],
+        tube_wall=given.tube[1],
         shaft_diameter=options.shaft_diameter * 1e3,
         clearance=options.clearance * 1e3,
         wall=options.wall * 1e3,
@@ -181,6 +224,8 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
 
     left_open = {default.key for default in design.project.defaults}
     may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
+    if not left_open.issuperset({"cad.link_width", "cad.tube_wall"}):
+        may.remove("link_width")
     grown = cad.sized(asked, printing, may)
     changed = _grown(asked, grown)
     if changed:
@@ -211,6 +256,7 @@ def _grown(asked: JointDimensions, grown: JointDimensions) -> list[str]:
             ("seat_length", asked.seat_length, grown.seat_length),
             ("cap", asked.cap, grown.cap),
             ("floor", asked.floor_thickness, grown.floor_thickness),
+            ("tube's sockets", asked.socket_depth, grown.socket_depth),
             ("damper's shaft in the adapter", before_grip, after_grip),
             ("shaft_diameter", asked.shaft_diameter, grown.shaft_diameter),
         )

@@ -28,6 +28,7 @@ from synth.design.response import WantedResponse
 from synth.design.spring_warnings import spring_warnings, stop_warnings, wanted_rate_note
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.stated_range import StatedRange
+from synth.design.still_joints import JointSwing, swing_of, widths
 from synth.design.stop_places import least_stops, moved_range
 from synth.design.target_effects import TargetEffect, TargetLeg, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
@@ -227,6 +228,19 @@ def with_report_figures(design: LegDesign, motion: SourceMotion) -> LegDesign:
     return replace(design, warnings=(*warnings, *notes(design.target_effects)))
 
 
+def joint_swings(design: LegDesign) -> list[JointSwing]:
+    """How far each joint turns as wanted and as built, and by how much its weakest damper is too strong."""
+    wanted, ranked = design.wanted, design.dampers.ranked
+    fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
+    turned = zip(widths(wanted.motions).tolist(), widths(design.built_motions).tolist(), strict=True)
+    return [
+        swing_of(name, pair, design.target.joints[name].damper_rate, float(speed), (*options, chosen))
+        for name, pair, speed, options, chosen in zip(
+            design.built.joint_names, turned, fastest, ranked, design.dampers.chosen, strict=True
+        )
+    ]
+
+
 def _turned(target: Leg, leg: Leg, wanted: WantedResponse) -> list[float]:
     """How far each joint turns from stop to stop, rad, its stops as close as its range or its motion allow."""
     poses = [*wanted.motions, rest_pose(leg)[np.newaxis]]
@@ -270,10 +284,14 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     dampers, springs, laws, errors = design.dampers, design.springs, design.laws, design.errors
     warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
-    fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
-    turned = _turned_as_drawn(design)
+    fastest = fastest_rates(design.built_motions, [release.time for release in wanted.releases])
+    turned, swings = _turned_as_drawn(design), joint_swings(design)
     for j, name in enumerate(names):
-        texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j], project.joints[name].spring)]
+        texts = [
+            *swings[j].warnings,
+            *springs.warnings[j],
+            *spring_warnings(name, springs.chosen[j], project.joints[name].spring),
+        ]
         fitted = refit.joints[name].spring_rate.value
         texts += wanted_rate_note(name, springs.chosen[j], dampers.chosen[j].label, fitted, project.joints[name].spring)
         if design.drawn is not None:

@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.fit_responses import write_fit_responses as write_fit_responses
-from synth.design.leg_design import LegDesign
+from synth.design.leg_design import LegDesign, joint_swings
 from synth.design.measured_forecast import measured_free_angles, tolerance_json
 from synth.design.spring_entry import spring_entry
 from synth.files.curve import write_curve
@@ -183,6 +183,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         ),
         "tolerance": tolerance_json(design, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
+        "motion": joint_swings(design)[j].as_json(),
         "warnings": [str(text) for joint, text in design.warnings if joint == name],
     }
     stated = next((item for item in design.ranges if item.joint == name), None)

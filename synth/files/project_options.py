@@ -27,6 +27,8 @@ Shaft = Annotated[float, Quantity("m", sizes=SHAFTS)]
 # What a joint is drawn with; the limits and their reasons are those of cad.dimensions and cad.fittings.
 Clearance = Annotated[float, Quantity("m", least=1e-4, most=2e-3)]
 Wall = Annotated[float, Quantity("m", least=1.2e-3, most=12e-3)]
+TubeDiameter = Annotated[float, Quantity("m", least=6e-3, most=80e-3)]
+TubeWall = Annotated[float, Quantity("m", least=5e-4, most=10e-3)]
 BedSide = Annotated[float, Quantity("m", least=0.01, most=2.0)]
 PrintStrength = Annotated[float, Quantity("Pa", least=1e6, most=500e6)]
 PrintDensity = Annotated[float, Quantity("kg/m^3", least=300, most=9000)]
@@ -263,6 +265,8 @@ class CadOptions:
     shaft_diameter: Annotated[Shaft, Because("a common steel shaft")] = 0.008
     clearance: Annotated[Clearance, Because("between moving parts printed by filament")] = 0.0004
     wall: Annotated[Wall, Because("seven lines of print; plates and pins grow where a load asks")] = 0.003
+    link_width: Annotated[TubeDiameter, Because("common aluminium tube; a stronger one where a load asks")] = 0.02
+    tube_wall: Annotated[TubeWall, Because("common aluminium tube; a stronger one where a load asks")] = 0.0015
     bed: Annotated[
         tuple[BedSide, ...],
         Field(strict=False, min_length=3, max_length=3, examples=["[320 mm, 132 mm, 154 mm]"]),

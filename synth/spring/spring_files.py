@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from synth.errors import Problem, UserError
 from synth.files.output import umask, write_bytes_whole, write_json
@@ -14,6 +14,9 @@ from synth.files.text_forms import json_text, plain
 from synth.spring.spring_result import SpringDesign
 from synth.spring.unit_text import in_units
 from synth.spring.winding_sheet import JointTravel, request_lines, winding_sheet
+
+if TYPE_CHECKING:
+    from synth.cad import SpringDimensions
 
 FORMAT = '"format": "synth/spring/'  # near the start of every file that may be replaced
 
@@ -45,7 +48,7 @@ def write_spring(
 ) -> None:
     """Write ``spring.json`` and, if there is a spring, its winding sheet, request for quotation and solid.
 
-    Only springs with tangent legs can be drawn; for others the solid is left out.
+    The solid of a spring that cannot be drawn is left out; see ``reasons_not_drawn``.
     """
     write_json(folder / "spring.json", content)
     if spring is None:
@@ -55,7 +58,7 @@ def write_spring(
     write_winding_sheet(folder, None if shown.system == "metric" else _in_units(spring, content, shown))
     (folder / "winding_sheet.txt").write_text(winding_sheet(spring, shown), encoding="utf-8")
     write_request(spring, shown, folder / "request_for_quotation.dxf")
-    if spring.convention == "tangent":
+    if not reasons_not_drawn(spring):
         write_solid(spring, folder)
 
 
@@ -98,27 +101,32 @@ def write_request(
     write_spring_request(request, path)
 
 
-def write_solid(spring: SpringDesign, folder: Path) -> None:
-    """Draw the free spring, check the solid's volume by its closed form, write ``spring.step`` and ``spring.stl``.
+def reasons_not_drawn(spring: SpringDesign) -> list[str]:
+    """Why there is no solid of a spring: its legs, or sizes beyond those that are drawn; empty if it can be drawn."""
+    if spring.convention != "tangent":
+        return [f"{spring.convention} legs cannot be drawn; tangent ones can"]
+    return [f"it cannot be drawn: {problem}" for problem in _dimensions(spring).problems()]
 
-    Raises
-    ------
-    UserError
-        If it cannot be drawn, with the dimension that prevents it.
-    """
+
+def _dimensions(spring: SpringDesign) -> SpringDimensions:
+    """The free spring as it is drawn."""
     from synth.cad import SpringDimensions
 
-    arm = spring.leg_lengths[0] * 1e3
-    dimensions = SpringDimensions(
+    return SpringDimensions(
         wire_diameter=spring.wire_diameter * 1e3,
         mean_diameter=spring.mean_diameter * 1e3,
         coils=spring.body_coils,
         included_angle=math.degrees(spring.included_angle),
         hand=spring.hand,
     )
-    if problems := dimensions.problems():
-        raise UserError([Problem(f"it cannot be drawn: {problem}", key="--out") for problem in problems])
 
+
+def write_solid(spring: SpringDesign, folder: Path) -> None:
+    """Draw the free spring, check the solid's volume by its closed form, write ``spring.step`` and ``spring.stl``.
+
+    For a spring that can be drawn, see ``reasons_not_drawn``.
+    """
+    dimensions, arm = _dimensions(spring), spring.leg_lengths[0] * 1e3
     import cadquery as cq
 
     from synth.cad.checks import check_part, require

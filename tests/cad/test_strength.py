@@ -15,14 +15,16 @@ from synth.cad import (
     DamperDimensions,
     JointDimensions,
     LoadDimensions,
+    MountDimensions,
     PrintDimensions,
     SpringDimensions,
     sized,
 )
 from synth.cad.arm_layout import seat_size
 from synth.cad.checked_layout import lay_out
-from synth.cad.hardware import Pin, insert_of
-from synth.cad.sizing import overload
+from synth.cad.export import write_stl
+from synth.cad.hardware import Pin, bearings, insert_of, shaft_sizes
+from synth.cad.sizing import TUBES, overload
 from synth.cad.strength import (
     FRICTION,
     Stress,
@@ -32,6 +34,7 @@ from synth.cad.strength import (
     key_pressure,
     pin_stresses,
     stresses,
+    tube_modulus,
 )
 
 KNEE = cleared(JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0))
@@ -131,3 +134,86 @@ def test_each_dimension_that_may_grow_relieves_a_stress():
     keyed = cleared(replace(LOADED, damper=DamperDimensions(adapter=AdapterDimensions())))
     helped = {name for stress in stresses(keyed, lay_out(keyed), PRINTING) for name in stress.helped_by}
     assert set(SIZED) <= helped
+
+
+def second_moment(path):
+    """Of the section half way along y of an STL: the integral of x^2 over it, mm^4, as a sum over its edges."""
+    import trimesh
+
+    mesh = trimesh.load(path)
+    middle = mesh.bounds.mean(axis=0)
+    edges, faces = trimesh.intersections.mesh_plane(mesh, (0.0, 1.0, 0.0), middle, return_faces=True)
+    first, second = edges[:, 0, 0] - middle[0], edges[:, 1, 0] - middle[0]
+    outwards = mesh.face_normals[faces][:, [0, 2]]
+    outwards /= np.linalg.norm(outwards, axis=1)[:, None]
+    cubes = (first**3 + first**2 * second + first * second**2 + second**3) / 4
+    return float((cubes / 3 * outwards[:, 0] * np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)).sum())
+
+
+def test_the_link_s_tube_bends_as_its_written_solid_does(leg, tmp_path):
+    """M c/I with the second moment measured on the STL's section; a spring of 20 N*m/rad, a damper of 1 N*m."""
+    loaded = replace(leg.dimensions.joints[1], loads=LoadDimensions(20.0, 1.0))
+    write_stl([leg.links[1].mesh], tmp_path / "link.stl")
+    torque = 20.0 * math.radians(111.0 - 57.0) + 1.0
+    assert loaded.stop_torque == pytest.approx(torque)
+    measured = torque * 1e3 * 10.0 / second_moment(tmp_path / "link.stl")
+    assert value(loaded, "link's tube, bending") == pytest.approx(measured, rel=0.01)  # of a polygon's chords
+
+
+def test_the_socket_s_pressure_balances_the_moment(leg, tmp_path):
+    """Over the socket measured on the STL: linear, opposed at its ends; half of it on either wall beside the tube."""
+    import trimesh
+
+    knee = replace(leg.dimensions.joints[1], loads=LoadDimensions(20.0, 1.0))
+    write_stl([leg.joints[1].part("lower").mesh], tmp_path / "lower.stl")
+    lower = trimesh.load(tmp_path / "lower.stl")
+    end = lower.bounds[0, 1]  # the link points along -y
+    ring = trimesh.intersections.mesh_plane(lower, (0.0, 1.0, 0.0), (0.0, end + 1.0, 0.0)).reshape(-1, 3)
+    inner, outer = np.linalg.norm(ring[:, [0, 2]], axis=1).min(), np.linalg.norm(ring[:, [0, 2]], axis=1).max()
+    within = np.linalg.norm(lower.triangles[:, :, [0, 2]], axis=2).max(axis=1) < inner + 0.02
+    bottom = lower.triangles_center[within & (lower.face_normals[:, 1] < -0.999), 1].min()
+    depth = float(bottom - end)
+    assert depth == pytest.approx(1.2 * 20.0, abs=0.01)
+    pull = value(knee, "lower socket's wall, tension") * 2 * (outer - inner)
+    along = np.linspace(-depth / 2, depth / 2, 100_001)
+    for line_load in (pull, value(knee, "lower socket, pressure") * knee.link_width):
+        moment = np.trapezoid(line_load * along / (depth / 2) * along, along)
+        assert moment == pytest.approx(knee.stop_torque * 1e3, rel=0.01)
+
+
+def test_the_first_joint_s_flange_has_no_socket():
+    flanged = cleared(replace(LOADED, mount=MountDimensions()))
+    names = {stress.name for stress in stresses(flanged, lay_out(flanged), PRINTING)}
+    assert "lower socket, pressure" in names
+    assert "upper socket, pressure" not in names
+    assert "upper socket, pressure" in {s.name for s in stresses(LOADED, lay_out(LOADED), PRINTING)}
+
+
+def test_a_stronger_stock_tube_is_taken_where_the_common_one_yields():
+    """A hip of 69 N*m passed all checks with a tube of 20 x 1.5 mm, which it bends with 184 MPa."""
+    assert [tube_modulus(*tube) for tube in TUBES] == sorted(tube_modulus(*tube) for tube in TUBES)
+    hip = replace(KNEE, springs=1, wall=8.0, shaft_diameter=15.0, spring=SpringDimensions(8.0, 60.0, 7.17, 120.0))
+    asked = cleared(replace(hip, range=(90.0, 130.0), loads=LoadDimensions(150.0, 2.0), seat_length=60.0))
+    bends = next(s for s in stresses(asked, lay_out(asked), PRINTING) if s.name == "link's tube, bending")
+    assert overload(bends, PRINTING) > 1.0
+    grown = sized(asked, PRINTING)
+    assert (grown.link_width, grown.tube_wall) in TUBES[1:]
+    least = asked.stop_torque * 1e3 / (150.0 / 1.5)
+    assert tube_modulus(grown.link_width, grown.tube_wall) >= least
+    before = TUBES[TUBES.index((grown.link_width, grown.tube_wall)) - 1]
+    assert tube_modulus(*before) < least
+    own = sized(asked, PRINTING, set(SIZED) - {"link_width"})  # the user's own tube
+    assert (own.link_width, own.tube_wall) == (20.0, 1.5)
+    failed = [c for c in check_strength(own, lay_out(own), PRINTING, {}) if not c.passed]
+    assert "strength: link's tube, bending" in {c.name for c in failed}
+    assert any("a larger link_width or tube_wall reduces it" in c.text for c in failed)
+
+
+def test_a_bearing_of_every_shaft_is_checked():
+    """The tables of 12, 15 and 20 mm had no static load, and their check was left out."""
+    assert all(bearing.static_load > 0.0 and bearing.mass > 0.0 for bearing in bearings())
+    wide = replace(LOADED, spring=SpringDimensions(5.0, 60.0, 7.17, 120.0), damper=DamperDimensions(bolt_circle=80.0))
+    for size in (each for each in shaft_sizes() if each >= 8.0):
+        joint = cleared(replace(wide, shaft_diameter=size))
+        names = {check.name for check in check_strength(joint, lay_out(joint), PRINTING, {})}
+        assert "strength: bearing" in names

@@ -16,7 +16,8 @@ from synth.cli import main
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "leg"
 RELEASES = 3
-DENSITY = {"print": 1200.0, "spring steel": 7850.0, "steel": 7850.0, "aluminium tube": 2700.0}  # kg/m^3
+DENSITY = {"print": 1200.0, "spring steel": 7850.0, "steel": 7850.0}  # kg/m^3
+DENSITY["aluminium tube (EN AW-6060 T6 or stronger)"] = 2700.0
 
 
 def bare_links(folder: Path) -> None:

@@ -43,7 +43,9 @@ def refused(dimension: str, value: object, *, stated: bool = False) -> str:
         ("a.range", (1.0, 99.0), True, "cad: the range of a in the target leg is 1 to 99 deg: allowed is other"),
         ("a.range", (1.0, 99.0), False, "the drawn travel, that of the motion with a margin, is 1 to 99 deg"),
         ("a.spring.free_arm", 3.0, False, "cad: a: free arm of the spring is 3 mm: "),
-        ("a.link_width", 70.0, False, "cad: a: link width, which the program chooses, is 70 mm: "),
+        ("a.link_width", 70.0, False, "p.yaml: cad.link_width: 70 mm: allowed is other; a reason"),
+        ("a.tube_wall", 9.0, False, "p.yaml: cad.tube_wall: 9 mm: allowed is other; a reason"),
+        ("a.plate", 9.0, False, "cad: a: plate, which the program chooses, is 9 mm: "),
     ],
 )
 def test_a_refusal_names_a_key_or_what_decides(dimension: str, value: object, stated: bool, words: str) -> None:
@@ -61,6 +63,8 @@ def test_what_no_drawing_takes_is_refused_when_a_project_is_read() -> None:
     for family, name, of, factor in (
         (JointDimensions, "clearance", "clearance", 1e3),
         (JointDimensions, "wall", "wall", 1e3),
+        (JointDimensions, "link_width", "link_width", 1e3),
+        (JointDimensions, "tube_wall", "tube_wall", 1e3),
         (PrintDimensions, "print_strength", "strength", 1e-6),
         (PrintDimensions, "print_density", "density", 1e-3),
         (PrintDimensions, "between_layers", "between_layers", 1.0),

@@ -20,8 +20,10 @@ from synth.cad import (
     sized,
 )
 from synth.cad.leg_joints import link_problems
+from synth.design import joint_sizing
 from synth.design.drawn_travel import stops_of
-from synth.design.joint_sizing import _grown, with_least_circle
+from synth.design.joint_sizing import _borne, _grown, dimensions_of, with_least_circle
+from synth.files.project_options import CadOptions
 from synth.remarks import severity_of
 
 KNEE = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0)
@@ -99,3 +101,31 @@ def test_a_spring_that_yields_within_the_motion_or_a_stated_range_is_told(
     assert found == ((100.0, 180.0), (98.5, 181.5) if stated else (97.0, 183.0))
     assert f"The wanted travel of {needed} deg and stops 2 deg before yield are not possible together" in note
     assert severity_of(note) == "decide"
+
+
+def test_all_links_have_the_tube_of_the_joint_that_asks_for_the_largest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tube ends in two joints, whose sockets are drawn with each joint's own diameter."""
+
+    def drawn(_: Any, tube: tuple[float, float], __: Any, ___: Any, notes: list[str]) -> tuple[list[Any], list[Any]]:
+        notes.append("a note of the joints")
+        hip = replace(KNEE, name="hip", link_width=tube[0], tube_wall=tube[1])
+        width, wall = max(tube, (25.0, 2.0))
+        return [hip, replace(KNEE, link_width=width, tube_wall=wall, loads=LoadDimensions(60.0, 3.0))], []
+
+    monkeypatch.setattr(joint_sizing, "_drawn_joints", drawn)
+    project = SimpleNamespace(cad=CadOptions(), name="leg")
+    solids = dimensions_of(SimpleNamespace(project=project, built=SimpleNamespace(tilt=0.0)))  # type: ignore[arg-type]
+    assert [(joint.link_width, joint.tube_wall) for joint in solids.dimensions.joints] == [(25.0, 2.0)] * 2
+    assert solids.notes[:-1] == ("a note of the joints",)
+    assert solids.notes[-1] == (
+        "to bear 59.5 N*m at the stop of knee, the links are of tube 25 x 2 mm instead of 20 x 1.5 mm"
+    )
+
+
+@pytest.mark.parametrize(("stated", "grows"), [((), True), (("cad.tube_wall",), False), (("cad.link_width",), False)])
+def test_only_a_tube_that_the_project_leaves_open_is_exchanged(stated: tuple[str, ...], grows: bool) -> None:
+    defaults = [SimpleNamespace(key=key) for key in ("cad.link_width", "cad.tube_wall") if key not in stated]
+    design: Any = SimpleNamespace(project=SimpleNamespace(defaults=defaults, cad=CadOptions(encoder=False)))
+    asked = cleared(replace(KNEE, loads=LoadDimensions(45.0, 1.0)))
+    borne = _borne(design, asked, PrintDimensions(), [])
+    assert ((borne.link_width, borne.tube_wall) != (20.0, 1.5)) is grows

@@ -89,6 +89,9 @@ KEYS: dict[str, str] = {
     "cad.shaft_diameter": "Of the joints' steel shafts.",
     "cad.clearance": "Between moving parts.",
     "cad.wall": "Least thickness of printed walls.",
+    "cad.link_width": "Outer diameter of the links' aluminium tube, the same in all links. Where this or `tube_wall` "
+    "is stated, no other tube is taken.",
+    "cad.tube_wall": "Thickness of the tube's wall.",
     "cad.bed": "The printer's build volume.",
     "cad.print_strength": "Tensile yield of the printed material.",
     "cad.print_density": "Density of the printed material.",
