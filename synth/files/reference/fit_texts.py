@@ -104,7 +104,7 @@ KEYS: dict[str, str] = {
     "import.frame_rate": "Camera frame rate, if the file has no clock.",
     "import.joints": "Joint -> column that holds its angle.",
     "import.points": "The joints' points, proximal to distal, then the tip.",
-    "import.individual": "Which animal or track, if the file has several.",
+    "import.individual": "Which animal, track or pose of a camera, if the file has several.",
     "import.likelihood": "Points less likely than this are missing. Left out: of DeepLabCut those below 0.6, of others "
     "none, and a note says how many are below 0.6.",
     "import.plane": "Axes to the right and up: of space, `[-y, z]` with signs; `[fit, z]`: the best-fitting plane; of "
