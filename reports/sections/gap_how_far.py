@@ -57,6 +57,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "held_out": all(trial.get("held_out") for trial in trials),
         "tied": result.content.get("verdict") == "tie",
         "unknown": result.content.get("verdict") == "unknown",
+        "nearest": sequence(result.content, "explanation"),
         "remainder": _remainder(result.content),
         "within": within_accuracy(result.content),
         "left": leaves_error(result.content),
@@ -102,7 +103,9 @@ def _steps(gap: Json, document: Json) -> list[Json]:
     verdict = str(document.get("verdict"))
     others = {
         "none": f"the same: {'causes were not judged' if within_accuracy(document) else none}",
-        "unknown": "with the nearest explanation, not accepted",
+        "unknown": "with the nearest explanation, not accepted"
+        if sequence(document, "explanation")
+        else "the same: no explanation reduces the error",
     }
     return [
         {"key": key, "name": name, "what": others.get(verdict, what) if key == "after" else what, "rms": gap.get(key)}

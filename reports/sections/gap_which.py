@@ -45,6 +45,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "verdict": verdict,
         "means": meaning_of(document),
         "explanation": [_cause(item, document) for item in sequence(document, "explanation")],
+        "several": len(sequence(document, "explanation")) > 1 or _adds_up_to_more(document, ranked),
         "tied": [[_cause(item, document) for item in causes] for causes in sequence(document, "tied")],
         "has_trial": bool(mapping(document, "next_experiment")),
         "figure": _figure(document, ranked),
@@ -132,6 +133,12 @@ def others_probability(document: Json, shown: Sequence[Mapping[str, Any]]) -> fl
         return sum(_number(entry.get("probability")) for entry in ranked if entry not in shown)
     known = sum(_number(document.get(f"probability_{key}")) for key in ("none", "unknown"))
     return max(0.0, 1.0 - known - sum(_number(entry.get("probability")) for entry in shown))
+
+
+def _adds_up_to_more(document: Json, ranked: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether the listed probabilities add up to more than 1, as of causes that are likely together but not named."""
+    known = sum(_number(document.get(f"probability_{key}")) for key in ("none", "unknown"))
+    return known + sum(_number(entry.get("probability")) for entry in ranked) > 1.0 + LEAST_PROBABILITY
 
 
 def _others_text(document: Json, ranked: Sequence[Mapping[str, Any]]) -> str:

@@ -107,7 +107,7 @@ def _read_files(project: ImportProject, file: str) -> list[ImportedTrial]:
         told = isinstance(joint.drive, Servo) and not joint.drive.open_duty
         text = "columns are assigned in a project file, which is imported instead: kind: import, leg: ..., "
         text += f"files: [{Path(file).name}], joints: {{{joint.name}: {{column: COLUMN}}}}; beside it `unit: deg` "
-        text += "where the file states none"
+        text += "where the file states none, of raw counts `counts: 4096` (a turn)"
         text += ", `command: COLUMN` where the command is in the same file" if told else ""
         raise UserError([*error.problems, Problem(text)]) from None
 

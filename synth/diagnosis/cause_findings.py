@@ -11,7 +11,7 @@ from synth.diagnosis.causes_of_remainder import BesideFurtherCause, beside_furth
 from synth.diagnosis.diagnosis_result import Cause, Experiment, RankedCause, ScoredBy
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, Key
 from synth.diagnosis.next_experiment import next_experiment
-from synth.diagnosis.no_help import without_causes_of_no_help
+from synth.diagnosis.no_help import without_what_helps_not
 from synth.diagnosis.odds import share_removed_from_fitted
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.poor_trials import followed_trials
@@ -109,23 +109,24 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     say("reduction of the gap")
     weighed = plant.with_direct_causes(weighed)
     judged, stages, moved = _judge_on_scored(plant, before, found, weighed)
-    helpful = without_causes_of_no_help(judged, found.none, stages.errors, plant.calibration)
-    if helpful is not judged:  # what was doubted is not said
-        judged, weighed, moved, doubts = helpful, helpful, None, ()
+    helpful = without_what_helps_not(judged, found.none, stages.errors, plant.calibration)
+    worse = plant.worse(stages.errors, moved, _words_of_left_out(plant, judged, helpful))
+    if helpful.verdict != judged.verdict:  # what was doubted is not said
+        weighed, doubts = helpful, ()
+    if helpful is not judged:
+        judged, moved = helpful, None
         stages = _predict_stages(plant, before, found, judged)
     offered, odds = not within and weighed.verdict in ("effect", "tie"), judged
     if within:
         judged = without_causes(judged, found.none)
         stages, moved = _predict_stages(plant, before, found, judged, within=within), None
-    explained = judged.verdict in ("effect", "tie")
-    named = judged.verdict != "none"
+    explained, named = judged.verdict in ("effect", "tie"), judged.verdict != "none"
     told = _tell_causes(plant, found, judged, stages.errors)
     causes = (*told.causes[id(judged.accepted)], *_direct_causes(plant, judged)) if named else ()
     tied = tuple(told.causes[id(rival)] for rival in judged.tied)
-    explanations = (causes, *tied)
     left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after, stages.unread))
     say("what next")
-    short, takes = [" + ".join(map(plant.short_text, each)) for each in explanations], stages.errors.shrink().value
+    short, takes = [" + ".join(map(plant.short_text, each)) for each in (causes, *tied)], stages.errors.shrink().value
     ranked = _rank_causes(plant, judged, stages.errors, told.causes)
     return Findings(
         found,
@@ -136,7 +137,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
         tied,
         ranked,
         left,
-        _diagnosis_sentence(plant, judged, explanations, ranked, stages, left, moved, told),
+        _diagnosis_sentence(plant, judged, (causes, *tied), ranked, stages, left, moved, told),
         next_experiment(
             plant,
             plant.rivals(judged),
@@ -148,13 +149,20 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
             *plant.remarks(stages),
             *(_limit_warnings(plant, (judged.accepted, *judged.tied)) if named else ()),
             *doubts,
-            *(plant.worse(stages.errors, moved) if offered else ()),
+            *(worse if offered else ()),
             *_ends_of_the_tie(plant, judged, stages.errors, short),
         ),
         _scored_by(plant),
         within,
         odds,
     )
+
+
+def _words_of_left_out(plant: Plant[F, T, S], judged: Judgement[F], helpful: Judgement[F]) -> str:
+    """The explanation in warnings: by its causes where they are told nowhere else."""
+    if helpful is judged or not judged.accepted.keys:
+        return "the explanation"
+    return " + ".join(map(plant.short_text, causes_of(plant, judged.accepted)))
 
 
 def _judge_on_scored(

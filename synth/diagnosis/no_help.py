@@ -1,9 +1,13 @@
-"""Causes of which none helps, where the nominal leg reaches the noise within its tolerances: nothing is missing.
+"""Causes of which none helps: at the noise nothing is missing, far from it no explanation is the nearest.
 
 The odds weigh the tolerances too. Where the leg follows all trials with several of them moved by two deviations, each
 cause that saves such moves is more probable, though no error falls by any. Those are no explanations of a gap, and no
 tie: ``none`` is the verdict where nothing in the library helps on unseen trials (``../shared/FORMATS.md``). The
 probabilities stay, so that what is said of it is that these trials cannot show whether an effect is missing.
+
+Where the cause is unknown the nearest explanation is shown, by what it does to fitted and to unseen trials. One with
+which unseen trials err more is no explanation, and what remains is what the nominal leg leaves: three causes together
+left 7.3 deg of a gap of 3.1 deg of a driven pendulum, so that more remained than there was.
 """
 
 from __future__ import annotations
@@ -16,6 +20,13 @@ from synth.diagnosis.prediction_error import AT_NOISE, LEAST_GAP, PredictionErro
 from synth.diagnosis.verdict import Calibration, Judgement
 
 SURE_OF_CAUSE = 0.8  # probability from which the page calls a cause identified
+
+
+def without_what_helps_not(
+    judged: Judgement[F], none: Assessment[F], errors: PredictionErrors, calibration: Calibration
+) -> Judgement[F]:
+    """The verdict without causes, or a nearest explanation, that reduce no error; arguments as below."""
+    return without_nearest_of_no_help(without_causes_of_no_help(judged, none, errors, calibration), none, errors)
 
 
 def without_causes_of_no_help(
@@ -37,6 +48,13 @@ def without_causes_of_no_help(
     if any(_helps_on_scored(item, errors) or _helps_on_fitted(item, none, calibration) for item in named):
         return judged
     return replace(judged, verdict="none", accepted=none, tied=())
+
+
+def without_nearest_of_no_help(judged: Judgement[F], none: Assessment[F], errors: PredictionErrors) -> Judgement[F]:
+    """The verdict; where the cause is unknown, ``none`` in the place of causes with which scored trials err no less."""
+    if judged.verdict != "unknown" or errors.figure("after").value < errors.figure("before").value:
+        return judged
+    return replace(judged, accepted=none) if judged.accepted.keys else judged
 
 
 def _helps_on_scored(item: Assessment[F], errors: PredictionErrors) -> bool:

@@ -204,10 +204,11 @@ class Plant(ABC, Generic[F, T, S]):
         """A cause in a few words."""
 
     @abstractmethod
-    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
+    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None, words: str) -> tuple[str, ...]:
         """Warnings if the explanation predicts scored trials no better than the nominal leg.
 
-        ``moved`` : errors of the explanation moved to held-out trials within its uncertainty, if known.
+        ``moved`` : errors of the explanation moved to held-out trials within its uncertainty, if known; ``words`` : for
+        the explanation.
         """
 
     @abstractmethod

@@ -31,10 +31,13 @@ def _squared(errors: PredictionErrors, label: str) -> Array:
     return np.asarray(errors.squares[label].sum(axis=1))
 
 
-def no_better(names: Sequence[str], errors: PredictionErrors, moved: PredictionErrors | None) -> list[str]:
+def no_better(
+    names: Sequence[str], errors: PredictionErrors, moved: PredictionErrors | None, words: str = "the explanation"
+) -> list[str]:
     """Texts on the scored trials that the explanation predicts no better than the nominal leg.
 
-    ``moved`` : the errors of the explanation moved to held-out trials within its uncertainty, if known.
+    ``moved`` : the errors of the explanation moved to held-out trials within its uncertainty, if known; ``words`` :
+    for the explanation.
     """
     poor = poor_trials(errors)
     followed = np.zeros_like(poor) if moved is None else followed_trials(errors, moved)
@@ -45,5 +48,5 @@ def no_better(names: Sequence[str], errors: PredictionErrors, moved: PredictionE
         (poor & ~followed, f". Either {LEFT_OPEN_WORDS}, or another effect is present; {asked}"),
     ):
         shown = ", ".join(name for name, is_shown in zip(names, which, strict=True) if is_shown)
-        found += [f"{shown}: predicted no better with the explanation than without{reason}"] if shown else []
+        found += [f"{shown}: predicted no better with {words} than without{reason}"] if shown else []
     return found

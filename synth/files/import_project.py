@@ -11,11 +11,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from synth import units
 from synth.errors import Problem, UserError
+from synth.files.column_units import column_factor
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching
+from synth.files.turns import TURN
 from synth.files.validate import Quantity, Title
 from synth.swing.leg_model import Leg
 
@@ -32,10 +33,15 @@ DRIVEN = {"command": "rad", "voltage": "V", "current": "A", "torque": "N*m", "en
 
 @dataclass(frozen=True)
 class InputColumn:
-    """A column of a drive's input, and its unit if the file states none."""
+    """A column of a drive's input, and its unit if the file states none.
+
+    ``counts``, ``gear_ratio`` : of a command, as in ``JointColumn``; None: as the angle's.
+    """
 
     column: str
     unit: str | None = None
+    counts: int | None = None
+    gear_ratio: float | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,8 @@ class JointColumn:
 
     ``zero`` : rad, the file's reading when this link points along its parent (the first: straight down); None and
         ``sign`` None: as the leg's own. ``inputs`` : the columns of its drive, by the names in ``DRIVEN``.
+    ``counts`` : an encoder's raw counts in one of its turns; None: the column has a unit. ``gear_ratio`` : turns of the
+        encoder in one of the joint; ``zero`` is the joint's angle, behind the gear.
     """
 
     column: str
@@ -59,6 +67,8 @@ class JointColumn:
     zero: float | None = None
     sign: int | None = None
     inputs: dict[str, InputColumn] = field(default_factory=dict)
+    counts: int | None = None
+    gear_ratio: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -120,8 +130,16 @@ class _Commands:
 
 @dataclass(frozen=True)
 class _InputColumn:
+    column: Annotated[Text, Field(examples=["supply_volts"])]
+    unit: Text | None = None
+
+
+@dataclass(frozen=True)
+class _CommandColumn:
     column: Annotated[Text, Field(examples=["goal_position"])]
     unit: Text | None = None
+    counts: Annotated[int, Field(ge=2)] | None = None
+    gear_ratio: Annotated[float, Quantity("1", above=0)] | None = None
 
 
 @dataclass(frozen=True)
@@ -134,7 +152,10 @@ class _Clock:
 class _Column:
     column: Annotated[Text, Field(examples=["hip_flexion_r"])]
     unit: Text | None = None
+    counts: Annotated[int, Field(ge=2)] | None = None
+    gear_ratio: Annotated[float, Quantity("1", above=0)] = 1.0
     zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] | None = None
+    zero_count: float | None = None
     sign: Literal[1, -1] | None = None
     command: Annotated[Any, Field(examples=["goal_position"])] = None
     voltage: Annotated[Any, Field(examples=["{column: motor_volts, unit: V}"])] = None
@@ -189,8 +210,8 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
     clock = None
     if written.get("time") is not None:
         clock = reader.entry(_Clock, ("time",), written["time"])
-        if clock is not None and clock.unit is not None:
-            _check_unit(reader, clock.unit, "s", ("time", "unit"))
+        if clock is not None:
+            _check_unit(reader, clock.unit, "s", ("time",))
     columns = _columns(reader, written.get("joints"))
     if leg is not None:
         reader.known_joints(columns, leg, ("joints",))
@@ -229,12 +250,26 @@ def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
         value = {"column": value} if isinstance(value, str) else value
         column = reader.entry(_Column, key, value)
         if column is not None:
-            if column.unit is not None:
-                _check_unit(reader, column.unit, "rad", (*key, "unit"))
+            _check_unit(reader, column.unit, "rad", key, column.counts)
             given = {word: _input(reader, (*key, word), getattr(column, word), unit) for word, unit in DRIVEN.items()}
             inputs = {word: each for word, each in given.items() if each is not None}
-            found[str(name)] = JointColumn(column.column, column.unit, column.zero, column.sign, inputs)
+            found[str(name)] = JointColumn(
+                column.column, column.unit, _zero(reader, column, key), column.sign, inputs, column.counts,
+                column.gear_ratio,
+            )  # fmt: skip
     return found
+
+
+def _zero(reader: ProjectReader, column: _Column, key: tuple[str, ...]) -> float | None:
+    """The angle at which the link points along its parent, rad, from the angle or the count that the project states."""
+    if column.zero_count is None:
+        return column.zero
+    if column.counts is None:
+        reader.refuse("is a count of an encoder; beside it write its counts a turn: counts: 4096", (*key, "zero_count"))
+        return None
+    if column.zero is not None:
+        reader.refuse('"zero" and "zero_count" are both given; keep one', (*key, "zero_count"))
+    return column.zero_count * TURN / (column.counts * column.gear_ratio)
 
 
 def _input(reader: ProjectReader, key: tuple[str, ...], written: object, canonical: str) -> InputColumn | None:
@@ -242,12 +277,15 @@ def _input(reader: ProjectReader, key: tuple[str, ...], written: object, canonic
     if written is None:
         return None
     value = {"column": written} if isinstance(written, str) else written
-    column = reader.entry(_InputColumn, key, value)
+    schema: type[_InputColumn | _CommandColumn] = _CommandColumn if canonical == "rad" else _InputColumn
+    column = reader.entry(schema, key, value)
     if column is None:
         return None
-    if column.unit is not None:
-        _check_unit(reader, column.unit, canonical, (*key, "unit"))
-    return InputColumn(column.column, column.unit)
+    if isinstance(column, _InputColumn):
+        _check_unit(reader, column.unit, canonical, key)
+        return InputColumn(column.column, column.unit)
+    _check_unit(reader, column.unit, canonical, key, column.counts)
+    return InputColumn(column.column, column.unit, column.counts, column.gear_ratio)
 
 
 def _command_topics(reader: ProjectReader, written: object) -> tuple[CommandTopic, ...]:
@@ -262,11 +300,20 @@ def _command_topics(reader: ProjectReader, written: object) -> tuple[CommandTopi
     return tuple(found)
 
 
-def _check_unit(reader: ProjectReader, unit: str, canonical: str, key: tuple[str, ...]) -> None:
+def _check_unit(
+    reader: ProjectReader, unit: str | None, canonical: str, key: tuple[str, ...], counts: int | None = None
+) -> None:
+    """Refuse a unit that is none of what the column at ``key`` holds, and one beside ``counts``."""
+    if unit is None:
+        return
+    if counts is not None:
+        reader.refuse(f'"unit" and "counts" are both given; keep counts: {counts} if these are raw counts',
+                      (*key, "unit"))  # fmt: skip
+        return
     try:
-        units.factor(unit, canonical)
+        column_factor(unit, canonical)
     except UserError as error:
-        reader.refuse(error.problems[0].text, key)
+        reader.refuse(error.problems[0].text, (*key, "unit"))
 
 
 def bag_file(folder: Path, name: str) -> str:

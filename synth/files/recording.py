@@ -62,6 +62,8 @@ class Wording:
     clock: str
 
 
+# What an angle beyond any travel may be, see ``column_units``.
+COUNTS = "; if these are raw counts of an encoder, synth import turns them into angles: counts: 4096 (a turn)"
 FILE = Wording(
     "the leg file",
     "write {joint} [deg] in the header",
@@ -290,10 +292,12 @@ def _too_wide(columns: Columns, joint: str, angle: float, row: int, stated: tupl
         low, high = map(degrees, stated)
         text = f"{shown} outside the joint's range in {leg}, {low:g} to {high:g} deg"
         text += "; if it turns so far, widen that range"
+        text += COUNTS if abs(angle) > WIDEST else ""
     else:
         text = f"{shown} beyond any joint's travel; if the joint does turn so far, give it a range in {leg}"
         if not _is_degrees(unit):
             text += f"; if these are degrees, {columns.wording.degrees.format(joint=joint)}"
+        text += COUNTS
     return columns.problem(text, joint, row)
 
 

@@ -104,7 +104,7 @@ def made_result(verdict: Any = "effect", names: tuple[str, ...] | None = None) -
         verdict=verdict,
         sentence=f"The {knee} has dry friction of 0.048 N·m, 86 %; with it the error on unseen releases falls from "
         f"{error(trials, 'before'):.1f}° to {error(trials, 'after'):.2f}°, noise 0.10°.",
-        explanation=(friction,) if verdict in ("effect", "tie") else (),
+        explanation=() if verdict == "none" else (friction,),
         ranked=ranked,
         probability_none=0.01,
         probability_unknown=0.03,

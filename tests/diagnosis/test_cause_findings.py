@@ -65,7 +65,7 @@ class StillPlant(Plant[Any, Any, Any]):
 
     short_text = cause_text
 
-    def worse(self, errors: object, moved: object) -> tuple[str, ...]:
+    def worse(self, errors: object, moved: object, words: str = "") -> tuple[str, ...]:
         return ()
 
     def menu(self) -> tuple[()]:

@@ -257,8 +257,12 @@ def test_a_cause_that_unseen_trials_contradict_is_unknown_and_the_trials_are_nam
     learnt = recorded(rubbing, held_out=0)[:3]
     (free,) = recorded(TWO)[3:]
     result = diagnose(TWO, [*learnt, free], Tolerance())
-    assert result.shrink.high is not None
-    assert result.shrink.high < 0.0
+    alone = result.ranked[0].shrink
+    assert alone is not None
+    assert alone.high is not None
+    assert alone.high < 0.0
+    assert result.shrink.value == 0.0  # what remains is what the nominal leg leaves, not what the friction adds to it
+    assert result.as_json()["explanation"] == []
     assert result.verdict == "unknown"
     assert result.probability_unknown == pytest.approx(
         UNKNOWN_IF_CONTRADICTED, abs=0.005

@@ -246,6 +246,17 @@ def test_an_unknown_cause_is_told_as_by_the_headline(written: Folder, takes: flo
     assert ("would make the nearest explanation surer" in page.text) == (takes > 0.5)
 
 
+def test_an_unknown_cause_of_which_no_explanation_helps_names_no_nearest_one(written: Folder) -> None:
+    made = made_result("unknown")
+    left = replace(made.remainder, share=1.0)
+    result = replace(made, sentence="", explanation=(), after=made.before, shrink=Estimate(0.0, "1"), remainder=left)
+    _, page = page_of(written(result) / "report.html")
+    assert "none that was tried reduces the error of these trials" in page.text
+    assert "the same: no explanation reduces the error" in page.text
+    assert "100 % of the gap" in page.text.replace("\u00a0", " ")
+    assert "nearest" not in page.text.lower()
+
+
 def test_the_opening_lists_every_cause_that_the_sentence_names(written: Folder) -> None:
     made = made_result("tie")
     last = made.ranked[-1].cause

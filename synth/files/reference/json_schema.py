@@ -46,7 +46,10 @@ def _placed(inner: KeySection, key: str) -> dict[str, Any]:
     if inner.how == "list":
         several = {"type": "array", "minItems": 1, "items": {"anyOf": [mapping, {"type": "string"}]}}
         return {"anyOf": [several, mapping, {"type": "string"}]} if inner.name == "commands" else several
-    if key in ("tip_mass", "time") or inner.name == "input_column":  # a quantity or a word is also allowed
+    if key in ("tip_mass", "time") or inner.name in (
+        "input_column",
+        "command_column",
+    ):  # a quantity or a word is also allowed
         return {"anyOf": [mapping, {"type": ["string", "number"]}]}
     if key == "tolerance":  # a joint's name is allowed as a key for that joint only
         mapping["additionalProperties"] = {"type": "object"}

@@ -218,10 +218,11 @@ OWN_EXAMPLES = {
     "command_limits.highest": "150 deg", "plate_jumps.jumps": "[jumps/*.csv]", "plate_jumps.currents": "[meter/*.csv]",
     "hopper_leg.crouch_lower": "50 deg", "run_ups.motor": '"N20 HP 6V 150:1"',
     "run_ups.stall": "[stall.csv]", "run_ups.free_speed": "[free_speed.csv]",
+    "column.gear_ratio": "6", "command_column.gear_ratio": "1",
     "input_column.unit": "",  # of a voltage, a current, a torque ...: the examples of these keys have theirs
 }  # fmt: skip
 EXAMPLES = {
-    "name": "dog hind leg", "seed": "1", "duty_steps": "885", "part": DAMPER,
+    "name": "dog hind leg", "seed": "1", "duty_steps": "885", "counts": "4096", "zero_count": "2048", "part": DAMPER,
     "curve": "damper.csv", "held_out": "true",
     "locked": "[hip]", "drive_off": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states",
     "format": "deeplabcut",

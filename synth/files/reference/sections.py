@@ -49,6 +49,7 @@ def _many(name: str, schema: type[Any], how: How, **inner: KeySection) -> KeySec
 
 _TIP = KeySection("tip_mass", trial_list.TipMass)
 _INPUT = KeySection("input_column", import_project._InputColumn)
+_COMMAND = KeySection("command_column", import_project._CommandColumn)
 _TRIALS = _many("trial", trial_list.TrialEntry, "list", tip_mass=_TIP)
 _TOLERANCE = KeySection("tolerance", tolerance.JointTolerance)
 _FIT = KeySection("fit_options", project_options.FitOptions)
@@ -126,7 +127,10 @@ KINDS: dict[str, KeySection] = {
         {
             "time": KeySection("clock", import_project._Clock),
             "joints": KeySection(
-                "column", import_project._Column, dict.fromkeys(import_project.DRIVEN, _INPUT), "by name"
+                "column",
+                import_project._Column,
+                dict.fromkeys(import_project.DRIVEN, _INPUT) | {"command": _COMMAND},
+                "by name",
             ),
             "supply": _INPUT,
             "commands": _many("commands", import_project._Commands, "list"),

@@ -21,10 +21,10 @@ from synth.motion.importers.foreign_data import Channels, Markers, name_list, ot
 from synth.motion.importers.limb_sides import exchanged_limb
 from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
+from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Joint, Leg
-from synth.units import factor
 
 Cut = Literal["cut", "free", "keep"]
 
@@ -216,7 +216,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
     """The clock and measured angles (n, n_joint) rad of a file of channels."""
     notes = list(source.notes)
     problems: list[Problem] = []
-    columns: list[tuple[int, str]] = []
+    columns: list[tuple[int, float]] = []
     clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
     try:
         clock = channel_clock(source, mapping, notes)
@@ -230,6 +230,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock])
+    source = _continued(source, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
     for j, (joint, column) in enumerate(zip(leg.joints, wanted, strict=True)):
         zero = joint.zero if column.zero is None else column.zero
@@ -238,24 +239,32 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
     return clock, angles, [*clock.notes, *notes]
 
 
-def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, str]:
-    """The index and unit of one joint's angle."""
+def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:
+    """The index of one joint's angle and its scale, rad."""
     index = source.find(column.column, joint.name)
     if "/" in source.names[index] and source.names[index] != column.column:
         notes.append(f"{joint.name}: from {source.names[index]}")
-    return index, source.unit(index, column.unit, joint.name, "deg")
+    return index, angle_scale(source, index, column, joint.name)
 
 
-def _of_own_side(source: Channels, leg: Leg, columns: list[tuple[int, str]], time: Array, notes: list[str]) -> Array:
-    """The columns (n, n_joint) rad of each joint's index and unit, with exchanges between the sides reversed.
+def _continued(source: Channels, leg: Leg, wanted: list[JointColumn], columns: list[int], notes: list[str]) -> Channels:
+    """The file with the joints' counters continued where they ran over their ends."""
+    values = source.values.copy()
+    for joint, column, k in zip(leg.joint_names, wanted, columns, strict=True):
+        values[:, k] = without_overflow(values[:, k], column, joint, notes)
+    return replace(source, values=values)
+
+
+def _of_own_side(source: Channels, leg: Leg, columns: list[tuple[int, float]], time: Array, notes: list[str]) -> Array:
+    """The columns (n, n_joint) rad of each joint's index and scale, with exchanges between the sides reversed.
 
     ``time`` (n,) s is for the notes.
     """
-    angles = np.column_stack([source.values[:, index] * factor(unit, "rad") for index, unit in columns])
+    angles = np.column_stack([source.values[:, index] * scale for index, scale in columns])
     others = [other_side(source.names[index], source.names) for index, _ in columns]
     both = [j for j, other in enumerate(others) if other is not None]
     if both:
-        there = [source.values[:, k] * factor(columns[j][1], "rad") for j, k in enumerate(others) if k is not None]
+        there = [source.values[:, k] * columns[j][1] for j, k in enumerate(others) if k is not None]
         # On the circle a column that wraps does not jump: two that pass half a turn at once are no exchange.
         found = exchanged_limb([_on_circle(angles[:, j]) for j in both], [_on_circle(each) for each in there])
         notes += found.notes([f"{leg.joint_names[j]} ({source.names[columns[j][0]]})" for j in both], time)

@@ -18,6 +18,7 @@ from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
 from synth.files.turns import TURN
 from synth.motion.importers.command_turns import TurnedAngle, same_turn
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list
+from synth.motion.importers.raw_counts import angle_scale, of_command, without_overflow
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
@@ -81,8 +82,8 @@ def drive_inputs(
         turned = _turned_angle(time, angles[:, index], cleaned[:, index])
         try:
             for word, own, k in _of_joint(source, joint, column):
-                made = _convert_input(source, own, k, word, joint, column, time)
                 notes.append(f"{joint.name} {word}: from {own.names[k]}")
+                made = _convert_input(source, own, k, word, joint, column, time, notes)
                 if word == "command" and turned is not None:
                     value = same_turn(f"{joint.name} {word}", made.time, made.value, turned, notes)
                     made = replace(made, value=value)
@@ -146,31 +147,38 @@ def channel_by_name(
 
 
 def _convert_input(
-    source: Channels, own: Channels, k: int, word: str, joint: Joint, column: JointColumn, time: Array
+    source: Channels,
+    own: Channels,
+    k: int,
+    word: str,
+    joint: Joint,
+    column: JointColumn,
+    time: Array,
+    notes: list[str],
 ) -> DriveInput:
     """An input with the sign of the measured angle and in the table's unit; ``own`` : the channels that contain it."""
-    stated = column.inputs.get(word)
-    unit = _unit(own, k, stated, column.unit if word == "command" else None, f"{joint.name} {word}", word)
-    value = own.values[:, k] * factor(unit, DRIVEN[word])
+    what, stated = f"{joint.name} {word}", column.inputs.get(word)
     sense = joint.sign * (joint.sign if column.sign is None else column.sign)
     if word == "command":
+        commanded = of_command(own, k, column, stated)
+        scale = angle_scale(own, k, commanded, what)
+        value = without_overflow(own.values[:, k], commanded, what, notes) * scale
         value = joint.zero + sense * (value - (joint.zero if column.zero is None else column.zero))
-    elif word != "enabled":
-        value = sense * value
+    else:
+        value = own.values[:, k] * factor(_unit(own, k, stated, what, word), DRIVEN[word])
+        value = value if word == "enabled" else sense * value
     table = TABLE_UNITS[word]
     value = value * factor(DRIVEN[word], table)
-    title = f"{joint.name} {word} [{table}]"
+    title = f"{what} [{table}]"
     if own is source or own.time is None:
         return DriveInput(title, time, value, own.names[k])
     known = np.isfinite(value)
     return DriveInput(title, own.time[known], value[known], own.names[k])
 
 
-def _unit(own: Channels, k: int, stated: InputColumn | None, angle: str | None, what: str, word: str) -> str:
-    """The unit of an input: the file's own, the project's, or for a command that of the angle."""
-    unit = (
-        own.units[k] or (stated.unit if stated is not None else None) or angle or ("1" if word == "enabled" else None)
-    )
+def _unit(own: Channels, k: int, stated: InputColumn | None, what: str, word: str) -> str:
+    """The unit of an input: the file's own, or the project's."""
+    unit = own.units[k] or (stated.unit if stated is not None else None) or ("1" if word == "enabled" else None)
     if unit is None:
         title, example = own.names[k], TABLE_UNITS[word]
         text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
@@ -205,7 +213,7 @@ def _supply(source: Channels, leg: Leg, mapping: Mapping, time: Array, notes: li
         if not known:
             return []
         k = source.find(known[0], "supply")
-    unit = _unit(source, k, mapping.supply, None, "supply", "voltage")
+    unit = _unit(source, k, mapping.supply, "supply", "voltage")
     notes.append(f"supply: from {source.names[k]}")
     return [DriveInput("supply [V]", time, source.values[:, k] * factor(unit, "V"), source.names[k])]
 

@@ -67,10 +67,11 @@ class Channels:
         hint = hint if hint.startswith("; did you mean") else f"; the file has {self.contents or name_list(self.names)}"
         raise UserError(ColumnProblem(f'{what}: there is no column "{wanted}"{hint}', self.name))
 
-    def unit(self, index: int, stated: str | None, what: str, example: str) -> str:
+    def unit(self, index: int, stated: str | None, what: str, example: str, otherwise: str = "") -> str:
         """The unit of a channel: the file's own, or the project's if the file states none.
 
-        ``what`` : the channel is for, in messages; ``example`` : a unit that would do, ``s`` for a clock.
+        ``what`` : the channel is for, in messages; ``example`` : a unit that would do, ``s`` for a clock; ``otherwise``
+        : what else the project may state.
         """
         own, title = self.units[index], self.names[index]
         if stated is not None and own and abs(factor(stated, own) - 1.0) > 1e-12:
@@ -80,7 +81,7 @@ class Channels:
         unit = own or stated
         if not unit:
             text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
-            raise UserError(ColumnProblem(text, self.name))
+            raise UserError(ColumnProblem(text + otherwise, self.name))
         canonical = "s" if example == "s" else "rad"
         try:
             factor(unit, canonical)
@@ -181,12 +182,15 @@ def _above(place: tuple[str, ...], other: tuple[str, ...]) -> bool:
     return len(place) < len(other) and other[: len(place)] == place
 
 
+# After a name in a header: no unit, but what the project's counts a turn are for.
+_COUNTS = re.compile(r"\s*[\[(]\s*(counts?|cts|ticks?|pulses?|lsb)(\s*/\s*s(ec)?)?\s*[\])]$", re.IGNORECASE)
 _READING = ((), ("value",), ("position",))  # after a joint's name in the paths of OpenSim 4 and of joint states
 
 
 def _parts(name: str) -> tuple[str, ...]:
-    """The parts of a path, of a plain name one, without case, blanks, underscores, dashes and a comment's mark."""
+    """The parts of a path, of a plain name one, without case, blanks, underscores, dashes, comment marks, [counts]."""
     whole = re.sub(r"^\s*[#%]+\s*(?=\S)", "", name)  # %time: the first name of a header that is a comment
+    whole = _COUNTS.sub("", whole)
     parts = [re.sub(r"[\s_-]+", "", part).casefold() for part in whole.split("/") if part]
     return tuple(parts) or (name,)
 

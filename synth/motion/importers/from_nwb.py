@@ -22,20 +22,42 @@ from synth.files.import_project import Mapping
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.likelihood import without_unlikely
+from synth.motion.importers.nwb_poses import chosen_pose
 from synth.motion.importers.registry import HDF5, hdf5_names, loader
 from synth.remarks import decisive
 
+# Reads the pose at ``wanted``, or the only one; of several without ``wanted`` the names alone.
 _READ = """
 import h5py
-series = {}
+series, poses = {}, {}
+text = lambda value: value.decode() if isinstance(value, bytes) else str(value)
 def look(place, item):
     if isinstance(item, h5py.Group) and item.attrs.get("neurodata_type") == "PoseEstimationSeries":
         series[place] = item
+def links(group):
+    for key in group:
+        link = group.get(key, getlink=True)
+        if isinstance(link, h5py.SoftLink) and isinstance(group.get(key), h5py.Group):
+            target = group[key]
+            if text(target.attrs.get("neurodata_type", "")) in ("Skeleton", "Subject", "Device", "CalibratedCamera"):
+                yield link.path.rsplit("/", 1)[-1]
+                yield from links(target)
+            if "subject_id" in target:
+                yield text(held(target["subject_id"])[()])
 with h5py.File(path, "r") as file:
     file.visititems(look)
-    names = sorted(series)
+    for name in sorted(series):
+        poses.setdefault(name.rpartition("/")[0], []).append(name)
+    of = {}
+    for place in poses if len(poses) > 1 else ():
+        group = file[place] if place else file
+        videos = held(group["original_videos"])[()] if "original_videos" in group else []
+        of[place] = [*links(group), *map(text, numpy.atleast_1d(videos))]
+    chosen = wanted if wanted is not None else next(iter(poses)) if len(poses) == 1 else None
+    names = poses.get(chosen, [])
     arrays = {"names": numpy.array([name.split("/")[-1] for name in names], dtype=str),
-              "groups": numpy.array(sorted({name.rsplit("/", 1)[0] for name in names}), dtype=str)}
+              "poses": numpy.array(list(poses), dtype=str),
+              "of": numpy.array(["\\n".join(of.get(place, [])) for place in poses], dtype=str)}
     for k, name in enumerate(names):
         item = series[name]
         arrays[f"data{k}"] = numpy.asarray(held(item["data"]), dtype=float)
@@ -47,9 +69,8 @@ with h5py.File(path, "r") as file:
             start = item["starting_time"]
             arrays[f"start{k}"] = float(start[()])
             arrays[f"rate{k}"] = float(start.attrs["rate"])
-        text = lambda value: numpy.array(value.decode() if isinstance(value, bytes) else str(value))
-        arrays[f"unit{k}"] = text(item["data"].attrs.get("unit", ""))
-        arrays[f"frame{k}"] = text(held(item["reference_frame"])[()] if "reference_frame" in item else "")
+        arrays[f"unit{k}"] = numpy.array(text(item["data"].attrs.get("unit", "")))
+        arrays[f"frame{k}"] = numpy.array(text(held(item["reference_frame"])[()] if "reference_frame" in item else ""))
 """
 
 SAME_TIME = 1e-9  # s, between the body parts' times of one frame
@@ -63,21 +84,24 @@ def is_nwb_pose(start: bytes, path: Path) -> bool:
     return start.startswith(HDF5) and hdf5_names(path, b"neurodata_type", b"PoseEstimationSeries")
 
 
-@loader("nwb-pose", "NWB pose (ndx-pose)", is_nwb_pose, "points", space=True, keys=frozenset({"likelihood"}),
-        needs=("h5py", "hdf5"))  # fmt: skip
+@loader(
+    "nwb-pose",
+    "NWB pose (ndx-pose)",
+    is_nwb_pose,
+    "points",
+    space=True,
+    keys=frozenset({"individual", "likelihood"}),
+    needs=("h5py", "hdf5"),
+)
 def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
     """Points of one pose estimation with its clock.
 
     Raises
     ------
-    UserError : several poses or clocks in one file, or series of different lengths.
+    UserError : several poses of which none is chosen, several clocks in one, or series of different lengths.
     """
-    content = read_in_child(_READ, path, name, "NWB")
+    content = _content(path, mapping.individual, name)
     parts = [str(part).removesuffix("PoseEstimationSeries") or str(part) for part in content["names"]]
-    if len(content["groups"]) > 1:
-        raise UserError(Problem(f"contains {len(content['groups'])} pose estimations; keep one per file", name))
-    if not parts:
-        raise UserError(Problem("contains no PoseEstimationSeries", name))
     data = [content[f"data{k}"] for k in range(len(parts))]
     shape = data[0].shape
     if len(shape) != 2 or shape[0] < 2 or shape[1] not in (2, 3):
@@ -97,6 +121,19 @@ def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
         name, tuple(parts), positions, time * rate, rate, str(content["unit0"]), notes, up="z", time=time,
         picture=PICTURE,
     )  # fmt: skip
+
+
+def _content(path: Path, individual: str | None, name: str) -> dict[str, Any]:
+    """The arrays of the pose that is meant."""
+    content = read_in_child("wanted = None\n" + _READ, path, name, "NWB")
+    poses = {str(place): str(of).split("\n") if str(of) else [] for place, of in
+             zip(content["poses"], content["of"], strict=True)}  # fmt: skip
+    if not poses:
+        raise UserError(Problem("contains no PoseEstimationSeries", name))
+    chosen = chosen_pose(poses, individual, name)
+    if len(poses) > 1:
+        content = read_in_child(f"wanted = {chosen!r}\n{_READ}", path, name, "NWB")
+    return content
 
 
 def _unclear_axes(sentences: list[str], name: str) -> tuple[str, ...]:

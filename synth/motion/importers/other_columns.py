@@ -12,10 +12,10 @@ from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.channel_clock import CLOCKS, FRAMES
 from synth.motion.importers.drive_inputs import DriveInput, channel_by_name
 from synth.motion.importers.foreign_data import Channels, other_side, same_name
+from synth.motion.importers.raw_counts import speed_scale
 from synth.motion.smoothing import lost_samples, smooth
 from synth.motion.velocity import unlike
 from synth.swing.leg_model import Joint, Leg
-from synth.units import factor
 
 SHOWN = 12  # names of unused columns in a note; a motion file has some forty coordinates
 
@@ -52,10 +52,11 @@ def velocities(
 
 def _velocity(source: Channels, k: int, joint: Joint, column: JointColumn) -> Array:
     """(n,) rad/s, in the measured angle's sense."""
-    if not source.units[k]:
+    scale = speed_scale(source, k, column)
+    if scale is None:
         raise UserError("the file does not state its unit")
     sense = joint.sign * (joint.sign if column.sign is None else column.sign)
-    return np.asarray(sense * source.values[:, k] * factor(source.units[k], "rad/s"))
+    return np.asarray(sense * source.values[:, k] * scale)
 
 
 def _fault(leg: Leg, time: Array, angles: Array, velocity: Array, index: int) -> str:

@@ -134,7 +134,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """The effect."""
         return cause.effect.replace("_", " ")
 
-    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
+    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None, words: str) -> tuple[str, ...]:
         """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         # Besides, over 20 % above the noise, in squares.
@@ -142,7 +142,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         names = [name for name, worse in zip(self.scored_names, poor, strict=True) if worse]
         if not names:
             return ()
-        text = f"{', '.join(names)}: predicted no better with the explanation than without"
+        text = f"{', '.join(names)}: predicted no better with {words} than without"
         return (decisive(f"{text}; add a trial of that kind to learn from"),)
 
     def menu(self) -> Sequence[MenuItem[Jump]]:

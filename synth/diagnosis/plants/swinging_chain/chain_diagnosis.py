@@ -311,9 +311,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         """What forecasts by one fit have in common; the fit is kept for its identity."""
         return {}
 
-    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None) -> tuple[str, ...]:
+    def worse(self, errors: PredictionErrors, moved: PredictionErrors | None, words: str) -> tuple[str, ...]:
         """Warnings if the explanation fits its own trials but predicts scored ones no better, and why."""
-        return tuple(map(decisive, no_better(self.scored_names, errors, moved)))
+        return tuple(map(decisive, no_better(self.scored_names, errors, moved, words)))
 
 
 def diagnose(
