@@ -13,7 +13,7 @@ from synth.fit.another_law import another_law, law_suspected, searched_recording
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, unknowns_of
 from synth.fit.fit_result import FitResult, JointFit
-from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
+from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, excess_of_fixed, heterogeneity
 from synth.fit.free_motion_start import (
     Drift,
     LateFreeMotion,
@@ -30,10 +30,11 @@ from synth.fit.pieces_start import refine_by_pieces
 from synth.fit.point_check import CheckedPoints, check_points, without_balances
 from synth.fit.recordings import Recording
 from synth.fit.refinement import misfit, refine, refine_other_starts
-from synth.fit.report_fit import FittedTreatments, Treatment, result_of
+from synth.fit.report_fit import result_of
 from synth.fit.ridge import MISFIT, soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.treatments import FittedTreatments, Treatment
 from synth.fit.uncertainty import clipped_rms, root_mean_square, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
 
@@ -223,7 +224,9 @@ def _fit_near(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the previous fit"
-    treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints))}
+    free = np.array([recording.counts.any(axis=0) for recording in recordings])
+    of_mean = excess_of_fixed(shifts, free) if near.free_angle == "per_trial" else None
+    treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints), of_mean)}
     scatter = sample_scatter(recordings)
     return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
 
@@ -292,7 +295,7 @@ def _per_trial(
     spread = np.maximum(found.spread, LEAST_SPREAD)
     stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread)
     kept = np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)
-    return Treatment(stage, kept, found.ends), found.probability
+    return Treatment(stage, kept, found.ends, found.excess), found.probability
 
 
 def _soften_stage(

@@ -25,7 +25,8 @@ from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from, s
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
-from synth.fit.report_fit import FittedTreatments, Treatment, result_of
+from synth.fit.report_fit import result_of
+from synth.fit.treatments import FittedTreatments, Treatment
 from synth.fit.uncertainty import clipped_rms, correlation_times, rms_as_recorded, shift_variances
 from synth.remarks import at_joint
 from synth.swing.leg_model import DamperCurve, Leg
@@ -157,14 +158,14 @@ def _assemble_result(search: Search, rates: Array, options: LegFitOptions, n_tri
         raise UserError(NOTHING_NEAR)
     errors = np.where(free, shift_variances(model, recordings, each), np.nan)
     found = heterogeneity(np.array([local.shift for local in each.locals]), errors)
-    spread, ends = found.spread, found.ends
+    spread, per_trial = found.spread, (found.spread, found.ends, found.excess)
     weights = Weights(noise, np.maximum(spread, 1e-9), shift)
     solution = solve(model, recordings, FitStart(values, own), weights, max_iterations=0)
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
     stage = Stage(solution, weights)
-    treatments = {mode: Treatment(stage, spread, ends) if mode == "per_trial" else Treatment(stage, np.zeros(n))}
+    treatments = {mode: Treatment(stage, *per_trial) if mode == "per_trial" else Treatment(stage, np.zeros(n))}
     return result_of(model, recordings, FittedTreatments(treatments, mode, why, searched=True), scatter, options)
 
 
