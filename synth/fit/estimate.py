@@ -10,6 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.fit.another_law import another_law, law_suspected, searched_recordings
+from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, unknowns_of
 from synth.fit.fit_result import FitResult, JointFit
@@ -122,7 +123,7 @@ def _fit_checked(
         law = _law_of_all_samples(model, recordings, options) if options.laws == "auto" else None
         if law is not None and law.named:
             return _fit_with(law, recordings, asked)
-        note = start_sentence(drive, cut_of(drive), None)
+        note = start_sentence(drive, cut_of(drive), None, likely_filter(recordings))
         return cut_or_law(_fit_later(leg, recordings, asked, cut_of(drive), note), law)
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter, start)
@@ -138,7 +139,7 @@ def _fit_checked(
         if law is not None and law.named:
             return _fit_with(law, recordings, asked)
     if drive is not None and isinstance(hidden, LateFreeMotion):
-        note = start_sentence(drive, hidden.cut, hidden)
+        note = start_sentence(drive, hidden.cut, hidden, likely_filter(recordings))
         return cut_or_law(_fit_later(leg, recordings, asked, hidden.cut, note), law)
     softened = _soften_stage(model, recordings, chosen.stage, scatter)
     treatments[mode] = replace(chosen, stage=softened.stage)

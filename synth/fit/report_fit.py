@@ -10,6 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.consider import Considered
 from synth.estimation.intervals import Estimate
+from synth.fit.behind_filter import bent_by_filter
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
@@ -67,7 +68,7 @@ def result_of(
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
-    excess, chosen = {name: each.excess(unknowns) for name, each in treatments.items()}, solutions[mode]
+    excess, chosen = {name: _excess(model, recordings, t) for name, t in treatments.items()}, solutions[mode]
     spreads = {name: spread_of(model, recordings, t.stage) + excess[name] for name, t in treatments.items()}
     refits, lost = _refits(model, recordings, fitted.stage, (spreads[mode], excess[mode]), options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
@@ -171,13 +172,19 @@ def _none_rates(
 ) -> tuple[Array, dict[str, NoneRates]]:
     """The chosen treatment's covariance (p, p) by the trials alone; and each treatment's rates not told from none.
 
-    ``excess`` (p, p), of the chosen treatment, see ``Treatment.excess``.
+    ``excess`` (p, p), of the chosen treatment, see ``_excess``.
     """
     unknowns, mode = unknowns_of(model), fitted.mode
     alone = {name: covariance(model, solution, with_prior=False) for name, solution in solutions.items()}
     nones = {name: none_rates(unknowns, s, alone[name], links[name]) for name, s in solutions.items() if name != mode}
     nones[mode] = none_rates(unknowns, solutions[mode], alone[mode], links[mode], fitted.error, fitted.least)
     return alone[mode] + excess, nones
+
+
+def _excess(model: TrajectoryModel, recordings: Sequence[Recording], treatment: Treatment) -> Array:
+    """(p, p) covariance of what neither readings' noise nor links explain: free angles' spread, a filter's bending."""
+    bent = bent_by_filter(model, recordings, treatment.stage)
+    return treatment.excess(unknowns_of(model)) + np.outer(bent, bent)
 
 
 def _draws(
@@ -213,7 +220,7 @@ def _refits(
 ) -> tuple[Bootstrap | None, list[str]]:
     """The bootstrap's refits if requested, or None with the reason.
 
-    ``spread`` : covariances (p, p) of all, and of the part that refits do not show; see ``Treatment.excess``.
+    ``spread`` : covariances (p, p) of all, and of the part that refits do not show; see ``_excess``.
     """
     if options.intervals != "bootstrap":
         return None, []
