@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.sensor_noise import AngleSensor
+from synth.fit.sensor_noise import AngleSensor
 
 UNIFORM_DEVIATION = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distribution of width 1
 # Counts to either side that noise may carry a reading: it is less than ``UNIFORM_DEVIATION`` of a count.

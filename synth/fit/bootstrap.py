@@ -13,7 +13,7 @@ about as much as a thousand trajectories. A refit that does not converge is drop
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,15 @@ class Bootstrap:
         """(p,) each, the 5 % and 95 % points of the refits relative to the fit's values ``about`` (p,)."""
         low, high = np.quantile(self.values - about, [0.05, 0.95], axis=0)
         return np.minimum(low, 0.0), np.maximum(high, 0.0)
+
+    def widened(self, covariance: Array, seed: int) -> Bootstrap:
+        """With independent normal errors of this ``covariance`` (p, p) in the refits, which do not know of them."""
+        if not covariance.any():
+            return self
+        value, vector = np.linalg.eigh(covariance)
+        root = vector * np.sqrt(np.maximum(value, 0.0))
+        errors = Stream.MEAN_FREE_ANGLE.generator(seed).normal(size=self.values.shape)
+        return replace(self, values=self.values + errors @ root.T)
 
     def as_json(self, names: Sequence[str]) -> dict[str, Any]:
         """Number of refits, and the ratio of their spread to that of the sensitivities."""

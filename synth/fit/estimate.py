@@ -10,10 +10,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import UserError
 from synth.fit.another_law import another_law, law_suspected, searched_recordings
+from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, unknowns_of
 from synth.fit.fit_result import FitResult, JointFit
-from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
+from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, excess_of_fixed, heterogeneity
 from synth.fit.free_motion_start import (
     Drift,
     LateFreeMotion,
@@ -31,11 +32,12 @@ from synth.fit.pieces_start import refine_by_pieces
 from synth.fit.point_check import CheckedPoints, check_points, without_balances
 from synth.fit.recordings import Recording
 from synth.fit.refinement import misfit, refine, refine_other_starts
-from synth.fit.report_fit import FittedTreatments, Treatment, result_of
+from synth.fit.report_fit import result_of
 from synth.fit.ridge import MISFIT, soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.stated_knowledge import stated_knowledge
 from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.treatments import FittedTreatments, Treatment
 from synth.fit.uncertainty import clipped_rms, root_mean_square, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
 
@@ -123,7 +125,7 @@ def _fit_checked(
         law = _law_of_all_samples(model, recordings, options) if options.laws == "auto" else None
         if law is not None and law.named:
             return _fit_with(law, recordings, asked)
-        note = start_sentence(drive, cut_of(drive), None)
+        note = start_sentence(drive, cut_of(drive), None, likely_filter(recordings))
         return cut_or_law(_fit_later(leg, recordings, asked, cut_of(drive), note), law)
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter, start)
@@ -139,7 +141,7 @@ def _fit_checked(
         if law is not None and law.named:
             return _fit_with(law, recordings, asked)
     if drive is not None and isinstance(hidden, LateFreeMotion):
-        note = start_sentence(drive, hidden.cut, hidden)
+        note = start_sentence(drive, hidden.cut, hidden, likely_filter(recordings))
         return cut_or_law(_fit_later(leg, recordings, asked, hidden.cut, note), law)
     softened = _soften_stage(model, recordings, chosen.stage, scatter)
     treatments[mode] = replace(chosen, stage=softened.stage)
@@ -245,7 +247,9 @@ def _fit_near(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the previous fit"
-    treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints))}
+    free = np.array([recording.counts.any(axis=0) for recording in recordings])
+    of_mean = excess_of_fixed(shifts, free) if near.free_angle == "per_trial" else None
+    treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints), of_mean)}
     scatter = sample_scatter(recordings)
     return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
 
@@ -314,7 +318,7 @@ def _per_trial(
     spread = np.maximum(found.spread, LEAST_SPREAD)
     stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread)
     kept = np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)
-    return Treatment(stage, kept, found.ends), found.probability
+    return Treatment(stage, kept, found.ends, found.excess), found.probability
 
 
 def _soften_stage(

@@ -26,6 +26,7 @@ from synth.estimation.chi_squared import chi_squared_above
 from synth.estimation.intervals import spectrum
 from synth.fit.diverged_fit import divergence_refused
 from synth.fit.early_misfit import LaterScatter
+from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
@@ -122,11 +123,13 @@ class Drift:
 
     ``probability`` as of ``LateFreeMotion``; ``moved`` (p,) change of the unknowns from all samples to the later ones,
     less what noise explains. ``longest`` : s, the last start that was tried; None if the recordings are too short.
+    ``likely`` as of ``start_sentence``.
     """
 
     probability: float
     moved: Array
     longest: float | None
+    likely: str = ""
 
     @property
     def error(self) -> ModelError:
@@ -135,6 +138,7 @@ class Drift:
         why = f"The recordings are too short to try a later start: {either} at first"
         if self.longest is not None:
             why = f"No later start mends it, so {either} for longer than {_ms(self.longest)}"
+        why = f"{self.likely}. Else: {why}" if self.likely else why
         return ModelError(
             self.moved[:, None],
             f"release: the first samples and the later ones do not fit one leg: p = {self.probability:.1g} for free "
@@ -180,7 +184,7 @@ def hidden_drive(
         if test.agreement(some, replace(solution, locals=tuple(_locals(some, solution))), start) >= SIGNIFICANCE:
             longer = start + FADE_TIME * unit
             return LateFreeMotion(start if recordings_from(recordings, longer) is None else longer, first)
-    return Drift(first, _unexplained_change(model, solution, known.solution), tried)
+    return Drift(first, _unexplained_change(model, solution, known.solution), tried, likely_filter(recordings))
 
 
 def _unexplained_change(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
@@ -282,17 +286,19 @@ def _ms(time: float) -> str:
     return f"{1e3 * time:.0f} ms" if time >= SHORT_TIME else f"{1e3 * time:.2g} ms"
 
 
-def start_sentence(drive: DetectedDrive, cut: float, hidden: LateFreeMotion | None) -> str:
-    """The finding and the action in a sentence."""
+def start_sentence(drive: DetectedDrive, cut: float, hidden: LateFreeMotion | None, likely: str = "") -> str:
+    """The finding and the action in a sentence; ``likely`` : another on the reason that the readings show."""
     if hidden is not None:
         few = f" (an external torque is detected in {len(drive.ends)} of {len(drive.until)})" if drive.ends else ""
+        reason = f"{likely}; else an external torque acts" if likely else "An external torque is taken to act"
         return (
             f"release: the first samples and the later ones do not fit one leg{few}: p = {hidden.probability:.1g} for "
-            f"free motion of springs and linear dampers. An external torque is taken to act at first; only samples "
+            f"free motion of springs and linear dampers. {reason} at first; only samples "
             f"from {_ms(cut)} after each recording's start are fitted. To fit all: release: recorded"
         )
+    reason = f" {likely}; else a hand or a muscle acts." if likely else ""
     return (
         f"release: in {len(drive.ends)} of {len(drive.until)} recordings a torque acts at first that the leg's springs "
-        f"and dampers do not produce. Only samples from {_ms(cut)} after each start are fitted. To fit "
+        f"and dampers do not produce.{reason} Only samples from {_ms(cut)} after each start are fitted. To fit "
         "all: release: recorded"
     )

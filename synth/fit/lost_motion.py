@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from synth.arrays import Array
+from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_result import TrialFit
 from synth.fit.least_squares import Solution
 from synth.fit.odd_trials import odd_trials
@@ -50,7 +51,7 @@ def sentences_on_trials(
         own = [j for j in judged if np.isfinite(trial.rms[j])]
         free[t, own] = trial.free_angle[own]
     odd = [] if follower else odd_trials([t.name for t in kept], leg.joint_names, rms, free)
-    away = away_from_their_starts(leg, kept, recordings[0].unit, follower)
+    away = away_from_their_starts(leg, kept, recordings[0].unit, follower, likely_filter(recordings))
     return [*_lost_sentences(leg, trials, lost), *odd, *away]
 
 

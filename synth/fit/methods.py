@@ -15,8 +15,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.project_options import FitOptions as Choice
+from synth.fit.behind_filter import clear_of, seen_filter
 from synth.fit.costs import Cost, emphasise_transient
 from synth.fit.estimate import fit_leg
+from synth.fit.filtered_readings import filtered_note, likely_filter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
@@ -25,8 +27,10 @@ from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from, s
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
-from synth.fit.report_fit import FittedTreatments, Treatment, result_of
+from synth.fit.report_fit import result_of
+from synth.fit.treatments import FittedTreatments, Treatment
 from synth.fit.uncertainty import clipped_rms, correlation_times, rms_as_recorded, shift_variances
+from synth.motion.low_pass import SeenFilter
 from synth.remarks import at_joint
 from synth.swing.leg_model import DamperCurve, Leg
 
@@ -70,6 +74,10 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, ch
     """
     if options.near is not None:
         return fit_leg(leg, recordings, options)
+    if recordings and not options.wanted and recordings[0].behind is None:
+        seen = seen_filter(leg, recordings, options)
+        if seen is not None:
+            return _behind_filter(leg, recordings, options, choice, seen)
     if options.release == "free" and (choice.method, choice.cost) != ("least_squares", "trajectory"):
         return _after_hands(leg, recordings, options, choice)
     if choice.method == "least_squares":
@@ -81,6 +89,17 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, ch
     return _search_rates(leg, recordings, options, choice)
 
 
+def _behind_filter(
+    leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice, seen: SeenFilter
+) -> FitResult:
+    """Like ``fit_by``, of filtered readings: without what the filter smears, unless all samples are asked for."""
+    cut, reach = [replace(recording, behind=seen) for recording in recordings], 0.0
+    if options.release == "free":
+        cut, reach = clear_of(recordings, seen)
+    result = fit_by(leg, cut, options, choice)
+    return replace(result, cut=result.cut + reach, warnings=(filtered_note(seen, reach), *result.warnings))
+
+
 def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """Like ``fit_by``, without the driven beginning that most recordings show."""
     drive, free = detect_drive(leg, recordings), replace(options, release="recorded")
@@ -88,7 +107,8 @@ def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptio
     if cut is None:
         return fit_by(leg, recordings, free, choice)
     result = fit_by(leg, cut, free, choice)
-    return replace(result, cut=cut_of(drive), warnings=(start_sentence(drive, cut_of(drive), None), *result.warnings))
+    note = start_sentence(drive, cut_of(drive), None, likely_filter(recordings))
+    return replace(result, cut=cut_of(drive), warnings=(note, *result.warnings))
 
 
 def search_of(
@@ -157,14 +177,14 @@ def _assemble_result(search: Search, rates: Array, options: LegFitOptions, n_tri
         raise UserError(NOTHING_NEAR)
     errors = np.where(free, shift_variances(model, recordings, each), np.nan)
     found = heterogeneity(np.array([local.shift for local in each.locals]), errors)
-    spread, ends = found.spread, found.ends
+    spread, per_trial = found.spread, (found.spread, found.ends, found.excess)
     weights = Weights(noise, np.maximum(spread, 1e-9), shift)
     solution = solve(model, recordings, FitStart(values, own), weights, max_iterations=0)
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
     stage = Stage(solution, weights)
-    treatments = {mode: Treatment(stage, spread, ends) if mode == "per_trial" else Treatment(stage, np.zeros(n))}
+    treatments = {mode: Treatment(stage, *per_trial) if mode == "per_trial" else Treatment(stage, np.zeros(n))}
     return result_of(model, recordings, FittedTreatments(treatments, mode, why, searched=True), scatter, options)
 
 

@@ -15,6 +15,7 @@ class Stream(IntEnum):
     LEGS = 64
     REFITS = 200
     WANTED = 7
+    MEAN_FREE_ANGLE = 3
 
     def generator(self, seed: int) -> np.random.Generator:
         """The stream's generator; the same for the same ``seed``."""

@@ -15,6 +15,7 @@ from synth.errors import Problem, UserError
 from synth.fit.trial_channels import counted_from, known_torque, rows_read, servo_signals, with_recorded_rates
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.group_spread import GroupSpread
+from synth.motion.low_pass import SeenFilter
 from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
@@ -42,7 +43,8 @@ class Recording:
     recording with more samples than its motion needs, else empty; ``unit`` : s, of the constants of a fit and of
     the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on whole turns that were
     removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial; ``by_current`` :
-    joints whose known torque is a recorded current times their motor's constant.
+    joints whose known torque is a recorded current times their motor's constant; ``behind`` : the filter that the
+    readings of all recordings look to have passed, None if they show none or it was not looked for.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Recording:
     unusual: tuple[tuple[str, float], ...] = ()
     spread: GroupSpread | None = None  # of the samples about the angles; None: each angle is a sample
     by_current: tuple[int, ...] = ()
+    behind: SeenFilter | None = None
 
     @cached_property
     def step(self) -> float:

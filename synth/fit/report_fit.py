@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.intervals import Estimate
+from synth.fit.behind_filter import bent_by_filter
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import DrawnLegs, draws
 from synth.fit.fit_options import LegFitOptions
@@ -23,9 +24,7 @@ from synth.fit.left_out_trials import moved_by_one_trial
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
 from synth.fit.misfits import follower, lacking, misfits
-from synth.fit.model_error import ModelError
 from synth.fit.none_rates import NoneRates, none_rates
-from synth.fit.point_check import LeftOutPoint
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge import MISFIT
@@ -34,6 +33,7 @@ from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
 from synth.fit.stated_knowledge import StatedKnowledge, with_stated
 from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
+from synth.fit.treatments import FittedTreatments, Treatment
 from synth.fit.trial_fits import trial_fits
 from synth.fit.uncertainty import (
     clipped_rms,
@@ -49,46 +49,6 @@ from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 
 MISPLACED_POINT = 3.0  # standard deviations from which a static point is reported
-
-
-@dataclass(frozen=True)
-class Treatment:
-    """One treatment of the free angle: its stage, and the spread (n,) rad over trials that it allows.
-
-    ``ends`` (2, n) rad of the spread's 90 % interval, nan where there is none; None for none at all.
-    """
-
-    stage: Stage
-    spread: Array
-    ends: Array | None = None
-
-
-@dataclass(frozen=True)
-class FittedTreatments:
-    """Treatments of the free angle by name, the chosen one, and the reason.
-
-    ``softened`` : messages if the chosen stage was moved along a ridge, and ``least`` the least-residual solution
-    there: the intervals then span both, because the trials do not distinguish them.
-    ``searched`` : the stage does not minimise its residuals, so a large residual does not contradict the
-    model.
-    ``error`` : of the model, which the chosen treatment's intervals include.
-    ``left_out`` : static points that contradict the recordings. ``stated`` : of the chosen treatment.
-    """
-
-    treatments: Mapping[str, Treatment]
-    mode: str
-    why: str
-    softened: Sequence[str] = ()
-    searched: bool = False
-    least: Solution | None = None
-    error: ModelError | None = None
-    left_out: Sequence[LeftOutPoint] = ()
-    stated: StatedKnowledge | None = None
-
-    @property
-    def stage(self) -> Stage:
-        """Stage of the chosen treatment."""
-        return self.treatments[self.mode].stage
 
 
 def result_of(
@@ -107,18 +67,18 @@ def result_of(
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
-    spreads, chosen = {name: spread_of(model, recordings, t.stage) for name, t in treatments.items()}, solutions[mode]
-    refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
+    excess, chosen = {name: _excess(model, recordings, t) for name, t in treatments.items()}, solutions[mode]
+    spreads = {name: spread_of(model, recordings, t.stage) + excess[name] for name, t in treatments.items()}
+    refits, lost = _refits(model, recordings, fitted.stage, (spreads[mode], excess[mode]), options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
-    spreads[mode], links[mode] = with_stated(fitted.stated, fitted.error, spreads[mode], links[mode])
-    alone, nones = _none_rates(model, fitted, solutions, links)
+    spreads[mode], links[mode] = with_stated(fitted, (spreads[mode], covariance(model, chosen)), links[mode])
+    alone, nones = _none_rates(model, fitted, solutions, links, excess[mode])
     offsets = interval_ends(unknowns, (mode, chosen), spreads, refits, nones, fitted.error, fitted.least)
     joints = {name: _joints(unknowns, each, offsets[name]) for name, each in treatments.items()}
     rms = {name: _by_joint_name(names, rms_as_recorded(recordings, s.predictions)) for name, s in solutions.items()}
     own_angles = _own_free_angles(unknowns, mode, offsets[mode])
     static, edges = _static(unknowns, fitted), at_edges(unknowns, chosen.values, nones[mode].places)
-    drawn = draws(chosen.values, spreads[mode], refits, nones[mode].links, options.seed)
-    drawn = nones[mode].drawn(unknowns, chosen.values, _with_model_error(fitted.error, drawn, options.seed))
+    drawn = _draws(fitted, spreads[mode], refits, nones[mode].links, options.seed)
     made, left = _fitted_leg(leg, joints[mode]), clipped_rms(recordings, chosen.predictions)
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
@@ -152,7 +112,7 @@ def result_of(
         static=static,
         proposals=proposals(unknowns, recordings, chosen.values, known),
         families=alike,
-        drawn=DrawnLegs.of(unknowns, drawn),
+        drawn=DrawnLegs.of(unknowns, nones[mode].drawn(unknowns, chosen.values, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, known, nones[mode].links, fitted.error),
     )
@@ -208,18 +168,31 @@ def _none_rates(
     fitted: FittedTreatments,
     solutions: Mapping[str, Solution],
     links: Mapping[str, LinkErrors | None],
+    excess: Array,
 ) -> tuple[Array, dict[str, NoneRates]]:
-    """The chosen treatment's covariance (p, p) by the trials alone; and each treatment's rates not told from none."""
+    """The chosen treatment's covariance (p, p) by the trials alone; and each treatment's rates not told from none.
+
+    ``excess`` (p, p), of the chosen treatment, see ``_excess``.
+    """
     unknowns, mode = unknowns_of(model), fitted.mode
     alone = {name: covariance(model, solution, with_prior=False) for name, solution in solutions.items()}
     nones = {name: none_rates(unknowns, s, alone[name], links[name]) for name, s in solutions.items() if name != mode}
     nones[mode] = none_rates(unknowns, solutions[mode], alone[mode], links[mode], fitted.error, fitted.least)
-    return alone[mode], nones
+    return alone[mode] + excess, nones
 
 
-def _with_model_error(error: ModelError | None, drawn: Array, seed: int) -> Array:
-    """Draws (k, p) of the unknowns with the model's error in them."""
-    return drawn if error is None else error.added_to(drawn, seed)
+def _excess(model: TrajectoryModel, recordings: Sequence[Recording], treatment: Treatment) -> Array:
+    """(p, p) covariance of what neither readings' noise nor links explain: free angles' spread, a filter's bending."""
+    bent = bent_by_filter(model, recordings, treatment.stage)
+    return treatment.excess(unknowns_of(model)) + np.outer(bent, bent)
+
+
+def _draws(
+    fitted: FittedTreatments, spread: Array, refits: Bootstrap | None, links: LinkErrors | None, seed: int
+) -> Array:
+    """Draws (k, p) of the unknowns, with the model's error in them."""
+    drawn = draws(fitted.stage.solution.values, spread, refits, links, seed)
+    return drawn if fitted.error is None else fitted.error.added_to(drawn, seed)
 
 
 def _equal_pairs(
@@ -232,13 +205,21 @@ def _equal_pairs(
 
 
 def _refits(
-    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, options: LegFitOptions
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    stage: Stage,
+    spread: tuple[Array, Array],
+    options: LegFitOptions,
 ) -> tuple[Bootstrap | None, list[str]]:
-    """The bootstrap's refits if requested, or None with the reason."""
+    """The bootstrap's refits if requested, or None with the reason.
+
+    ``spread`` : covariances (p, p) of all, and of the part that refits do not show; see ``_excess``.
+    """
     if options.intervals != "bootstrap":
         return None, []
     try:
-        return bootstrap(model, recordings, stage, covariance, seed=options.seed), []
+        refits = bootstrap(model, recordings, stage, spread[0], seed=options.seed)
+        return refits.widened(spread[1], options.seed), []
     except ArithmeticError as error:
         return None, [noted(f"bootstrap: {error}; the intervals are from the sensitivities")]
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -55,6 +56,18 @@ class StatedKnowledge:
     by_links: Array
     tells_scale: bool
     sentences: tuple[str, ...] = ()
+
+
+class BesideTrials(Protocol):
+    """What a fit knows beside its trials; ``error`` of its law."""
+
+    @property
+    def stated(self) -> StatedKnowledge | None:
+        """Priors and static points."""
+
+    @property
+    def error(self) -> ModelError | None:
+        """Of the model."""
 
 
 def stated_knowledge(
@@ -102,15 +115,19 @@ def stated_knowledge(
     )
 
 
-def with_stated(
-    stated: StatedKnowledge | None, error: ModelError | None, noise: Array, links: LinkErrors | None
-) -> tuple[Array, LinkErrors | None]:
-    """Covariance (p, p) of the noise and the links' errors with what is stated, and with a law that follows links."""
-    if stated is not None and links is not None:
-        noise, links = stated.noise, replace(links, considered=Considered(stated.by_links))
+def with_stated(known: Known, noise: tuple[Array, Array], links: LinkErrors | None) -> tuple[Array, LinkErrors | None]:
+    """Covariance (p, p) of the noise and the links' errors with what is stated, and with a law that follows links.
+
+    ``noise`` : two covariances (p, p), the one found, and that of white noise alone.
+    """
+    (found, white), error = noise, known.error
+    if known.stated is not None and links is not None:
+        # What the noise is beyond white noise is taken as it is without the prior: the prior only reduces it.
+        more = np.maximum(np.diag(found) - np.diag(white), 0.0)
+        found, links = known.stated.noise + np.diag(more), replace(links, considered=Considered(known.stated.by_links))
     if links is None or error is None or error.by_links is None or not error.by_links.size:
-        return noise, links
-    return noise, replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
+        return found, links
+    return found, replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
 
 
 def _stated(unknowns: SpringsAndDampers, values: Array) -> tuple[Array, Array]:

@@ -211,6 +211,19 @@ class TrajectoryModel:
             unit=recording.unit,
         )
 
+    def before(self, recording: Recording, values: Array, local: Local, times: Array) -> Array:
+        """(k, n) rad, the free motion ``times`` (k,) s before a recording's start, rising from 0; nan if it diverges.
+
+        With time reversed rates change their sign and dampers drive. Of a leg with springs and linear dampers only.
+        """
+        layout, lanes = self.chain.layout, self._lane(recording.conditions)[:, None].copy()
+        self.unknowns.write(lanes, values[:, None])
+        lanes[layout.rows("damper_rate")] *= -1.0
+        lanes[layout.rows("rest")] += local.shift[:, None]
+        lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = local.rotation[:, None], -local.rate[:, None]
+        found = self.chain.run(lanes, times, self.tolerance, max_steps=self.max_steps, unit=recording.unit)
+        return np.asarray(found[:, :, 0])
+
     def evaluate(self, recording: Recording, values: Array, local: Local, *, jacobian: bool = True) -> Evaluation:
         """Prediction of one trial, with Jacobians if requested; nan if the motion diverged."""
         if not jacobian:

@@ -116,10 +116,13 @@ def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:
     return StartFit(if_free(leg.to_measured(local.rotation)), if_free(leg.sign * local.rate), recorded)
 
 
-def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1.0, follower: str = "") -> list[str]:
+def away_from_their_starts(
+    leg: Leg, trials: Sequence[TrialFit], unit: float = 1.0, follower: str = "", likely: str = ""
+) -> list[str]:
     """A sentence on trials whose fitted motion starts away from their first samples.
 
-    ``leg`` : the fitted one; ``unit`` : s, of the recordings; ``follower`` : of a wanted motion, the leg in words.
+    ``leg`` : the fitted one; ``unit`` : s, of the recordings; ``follower`` : of a wanted motion, the leg in words;
+    ``likely`` : a sentence on what the readings show of the reason, may be empty.
     """
     away, names = [], leg.joint_names
     damping = np.array([(joint.damper.rate or 0.0) if joint.damper is not None else 0.0 for joint in leg.joints])
@@ -146,8 +149,11 @@ def away_from_their_starts(leg: Leg, trials: Sequence[TrialFit], unit: float = 1
     if follower:
         text = f"{follower} goes on most alike in {count} of {len(trials)} trials if it does not start alike"
         return [noted(f"release: {text}. Most so in {trial.name}, {names[j]}: {fitted}, wanted {recorded}")]
+    reason = "Something outside the model acts there, such as a hand, a muscle or a latch"
+    if likely:
+        reason = f"{likely}. Else something acts there, such as a hand, a muscle or a latch"
     return [
         f"release: in {count} of {len(trials)} trials the fitted motion does not start at the first samples. "
-        f"Most so in {trial.name}, {names[j]}: fitted {fitted}, recorded {recorded}. Something outside the model acts "
-        "there, such as a hand, a muscle or a latch. Use a later start, or cut the recording with synth import"
+        f"Most so in {trial.name}, {names[j]}: fitted {fitted}, recorded {recorded}. {reason}. Use a later start, or "
+        "cut the recording with synth import"
     ]

@@ -28,7 +28,7 @@ LEAST_SAMPLES = 2_500  # samples that are kept at least
 BENT = 0.5  # of a mean's noise, largest curvature error of all but the fastest 2 % of the samples
 FASTEST = 98.0  # percentile of a stretch of the recording
 STRETCHES = 20  # the fastest one counts: a long rest does not hide the swing before it
-DIFFERENCE = 6  # order of differences that isolate noise, as in ``diagnosis.sensor_noise``
+DIFFERENCE = 6  # order of differences that isolate noise, as in ``fit.sensor_noise``
 LEAST_GOOD_SHARE = 0.7  # share of a group's samples that must be good
 HOLE = 1.5  # times its usual length, above which a group contains a gap
 

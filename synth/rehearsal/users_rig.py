@@ -14,10 +14,10 @@ from synth.cache import cache_folder
 from synth.compiling.announced import announced
 from synth.compiling.compiled import keep_code_of, kept_code
 from synth.diagnosis.check.run import UNEXPLAINED_SHARE
-from synth.diagnosis.low_pass import LowPass
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.errors import UserError
 from synth.fit.recordings import Recording, joints_by_current, recordings
+from synth.fit.sensor_noise import estimate_sensor
+from synth.motion.low_pass import LowPass
 from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import MOTOR_PARAMETERS, PlantedLeg, PlantedTrial, Truth
 from synth.planting.setup import LONGEST_LAG, Setup, as_built

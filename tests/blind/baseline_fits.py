@@ -18,10 +18,10 @@ from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
+from synth.fit.sensor_noise import estimate_sensor
 from synth.swing.tolerances import QUANTITIES, Tolerances
 
 FREE = 20.0  # times the tolerances

@@ -19,10 +19,10 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE_SAMP
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import ScreeningFrame, costs_after_step, costs_by_secant, scale_strengths
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
+from synth.fit.sensor_noise import estimate_sensor
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 

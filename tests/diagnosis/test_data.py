@@ -11,10 +11,11 @@ from scipy.signal import butter, filtfilt
 from diagnosis.simulated_releases import NOISE, TIME, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.encoder_counts import coarse_counts, round_to_counts, usual_noise
-from synth.diagnosis.sensor_noise import FILTERED_RATIO, estimate_sensor
 from synth.files.trial_list import Trial
+from synth.fit import sensor_noise
 from synth.fit.copies import copies
 from synth.fit.recordings import Recording, recordings
+from synth.fit.sensor_noise import FILTERED_RATIO, estimate_sensor
 
 LEG = off(TWO, 2)
 TRIALS = recorded(LEG, held_out=0)
@@ -101,7 +102,7 @@ def test_noise_of_filtered_readings_is_what_the_filter_let_through(cutoff: float
 
 def test_noise_of_filtered_readings_that_a_smooth_motion_follows(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fine sensor at 1 kHz: only rounding is left from one reading to the next, and a fast motion hides the rest."""
-    monkeypatch.setattr("synth.diagnosis.sensor_noise._scatter_ratio", lambda *given: 1.0)
+    monkeypatch.setattr(sensor_noise, "_scatter_ratio", lambda *given: 1.0)
     time = np.arange(0.0, 1.5, 0.001)
     noise, generator = np.radians(0.004), np.random.default_rng(5)
     low = butter(2, 50.0, fs=1000.0)

@@ -12,10 +12,10 @@ from diagnosis.simulated_releases import ONE, recorded
 from synth.diagnosis.check.finding import finding_of_remark, merge_alike
 from synth.diagnosis.check.run import check
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.files.gap_project import GapProject, Tolerance, read_gap_project
 from synth.files.leg_file import write_leg
 from synth.fit.recordings import recordings, sentences_on_reading
+from synth.fit.sensor_noise import estimate_sensor
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.plants import Planted
 from synth.rehearsal.users_rig import users_rig

@@ -12,11 +12,12 @@ from scipy.signal import butter, filtfilt, savgol_filter
 from diagnosis.simulated_releases import TWO, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.check.channels import _filtered_findings
-from synth.diagnosis.filtered_readings import filtered_remarks, filtered_words
-from synth.diagnosis.low_pass import LowPass, filter_with_ratio, filtered_noise
-from synth.diagnosis.sensor_noise import AngleSensor, estimate_sensor
 from synth.files.trial_list import Trial
+from synth.fit.filtered_readings import filtered_remarks, filtered_words
+from synth.fit.noise_spectrum import filter_with_ratio, filtered_noise
 from synth.fit.recordings import Recording, recordings
+from synth.fit.sensor_noise import AngleSensor, estimate_sensor
+from synth.motion.low_pass import LowPass
 from synth.noise import difference_scale
 from synth.swing.leg_model import Leg
 

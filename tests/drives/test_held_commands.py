@@ -13,13 +13,13 @@ from scipy.integrate import solve_ivp
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, ServoSignals
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
+from synth.fit.sensor_noise import estimate_sensor
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Link

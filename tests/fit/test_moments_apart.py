@@ -10,12 +10,12 @@ import pytest
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.check.clocks import clock_findings, describe_sampling
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.errors import UserError
 from synth.files.recordings_together import check_together
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.recordings import recordings
+from synth.fit.sensor_noise import estimate_sensor
 from synth.fit.uncertainty import sample_scatter
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring

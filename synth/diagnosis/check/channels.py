@@ -11,9 +11,9 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.held_channels import held_finding
-from synth.diagnosis.filtered_readings import REMEDY, filtered_words
-from synth.diagnosis.sensor_noise import AngleSensor
+from synth.fit.filtered_readings import REMEDY, filtered_words
 from synth.fit.recordings import Recording
+from synth.fit.sensor_noise import AngleSensor
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 

@@ -25,10 +25,10 @@ from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.plants.swinging_chain.changed_effect import changed_effects
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.workbench import Workbench
 from synth.files.input_hashes import input_hashes
 from synth.fit.recordings import recordings as as_recordings
+from synth.fit.sensor_noise import estimate_sensor
 
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject

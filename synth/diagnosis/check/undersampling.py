@@ -15,8 +15,8 @@ from typing import Literal
 import numpy as np
 
 from synth.arrays import Array, finite_median
-from synth.diagnosis.sensor_noise import DIFFERENCE_ORDER
 from synth.fit.recordings import Recording
+from synth.fit.sensor_noise import DIFFERENCE_ORDER
 from synth.noise import difference_scale, unit_differences
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia

@@ -18,7 +18,6 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.encoder_counts import coarse_counts, counts_matter, noise_as_read, round_to_counts, usual_noise
 from synth.diagnosis.encoder_transitions import with_edges
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
-from synth.diagnosis.filtered_readings import filtered_remarks
 from synth.diagnosis.held_out import moved_within_uncertainty
 from synth.diagnosis.hypotheses import Hypotheses, TrialErrors
 from synth.diagnosis.influence import verdict_dependence
@@ -46,7 +45,6 @@ from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
-from synth.diagnosis.sensor_noise import estimate_sensor
 from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on
 from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.unseen import with_unseen_errors
@@ -59,8 +57,10 @@ from synth.estimation.linearisation import LinearisedNormal
 from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
 from synth.fit.copies import told_copies
+from synth.fit.filtered_readings import filtered_remarks
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import joints_by_current, recordings, sentences_on_reading
+from synth.fit.sensor_noise import estimate_sensor
 from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 from synth.swing.stated_effects import COUNTS

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.sensor_noise import AngleSensor
 from synth.fit.recordings import Recording
+from synth.fit.sensor_noise import AngleSensor
 from synth.pace import SINUSOID_PACE
 from synth.remarks import Remark, kind_of
 from synth.swing.chain import simulate

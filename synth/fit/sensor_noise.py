@@ -7,7 +7,7 @@ frequencies they stay at the noise that the filter let through; beyond, the moti
 again. So the noise of filtered readings is read where they grow least.
 
 A filter that leaves a part of the noise at all frequencies, as a mean of some readings does, has no such plateau, and
-where the motion is fast for the sampling rate none lies between. It shows in the spectrum: see ``low_pass``.
+where the motion is fast for the sampling rate none lies between. It shows in the spectrum: see ``noise_spectrum``.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.diagnosis.low_pass import FilteredNoise, LowPass, filter_with_ratio, filtered_noise
+from synth.fit.noise_spectrum import FilteredNoise, filter_with_ratio, filtered_noise
 from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
+from synth.motion.low_pass import LowPass
 from synth.noise import robust_deviation, unit_differences
 
 DIFFERENCE_ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero

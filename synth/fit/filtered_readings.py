@@ -10,7 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from synth.diagnosis.sensor_noise import FILTERED_RATIO, AngleSensor
+from synth.fit.recordings import Recording
+from synth.fit.sensor_noise import FILTERED_RATIO, AngleSensor
+from synth.motion.low_pass import SeenFilter
 from synth.remarks import Remark
 
 REMEDY = (
@@ -43,3 +45,20 @@ def filtered_remarks(joints: Sequence[str], sensor: AngleSensor) -> list[str]:
     if not seen:
         return []
     return [Remark(f"the readings of {', '.join(seen)} look low-pass filtered", "note", REMEDY)]
+
+
+def filtered_note(seen: SeenFilter, left_out: float) -> Remark:
+    """A remark of a fit; ``left_out`` : s at the start of each recording that the filter smears."""
+    text = seen.words
+    if left_out:
+        fitted = f"only samples from {1e3 * left_out:.0f} ms after each start are fitted"
+        text += f". It smears the release: {fitted}. To fit all: release: recorded"
+    return Remark(f"{text}", "note", REMEDY)
+
+
+def likely_filter(recordings: Sequence[Recording]) -> str:
+    """A sentence on why the first samples of filtered readings are off; empty of unfiltered ones."""
+    seen = next((recording.behind for recording in recordings if recording.behind is not None), None)
+    if seen is None:
+        return ""
+    return f"{seen.words[0].upper()}{seen.words[1:]}: a filter smears a release, which is the likely reason"

@@ -1,4 +1,4 @@
-"""Low-pass filters as labs and sensors have them, and which of them the readings' noise went through, if any.
+"""Which low-pass filter the readings' noise went through, if any, by its spectrum.
 
 A smooth motion hardly has frequencies above some times its own; noise has. There the spectrum of unfiltered readings is
 flat; of filtered ones it is that of the filter down to the rounding of the file: the zeros of a mean of N readings, the
@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.recordings import Recording
-from synth.motion.smoothing import smoothing_weights
+from synth.motion.low_pass import LowPass
 from synth.noise import EVEN, difference_scale
 
 SEGMENT = 512  # samples of a spectrum, at most: a filter has no finer features
@@ -40,52 +40,9 @@ ALIKE = 0.8  # of the noise, that of neighbours from which it counts as independ
 LAST_EDGE = 0.48  # of the sampling rate, highest cutoff that is tried: half of the rate passes all
 WINDOW_IN_FILTERS, LEAST_WINDOW = 4, 8  # readings in which noise behind a filter is looked for, in filter lengths
 QUIETEST, LEAST_OF_NOISE = 0.1, 0.2  # quantile of such windows; share of the noise that they must show
+LONG_REACH = 30.0  # readings to either side; such a filter is as slow as the slowest that are tried, or slower
+COARSER = 4  # readings that are then taken together
 ROUNDS = 40  # of the scaling of two levels, which converges within some tens
-
-
-@dataclass(frozen=True)
-class LowPass:
-    """A filter of readings: ``kind`` and its numbers; see ``response``.
-
-    ``kind`` : ``mean`` of ``points`` readings; ``polynomial`` of ``order`` through ``points`` readings
-    (Savitzky-Golay); ``butterworth`` of that ``order``, run ``passes`` times, with ``cutoff`` in terms of the
-    sampling rate.
-    """
-
-    kind: str
-    points: int = 0
-    order: int = 0
-    cutoff: float = 0.0
-    passes: int = 1
-
-    def response(self, frequency: Array) -> Array:
-        """(m,) gain at frequencies (m,) in terms of the sampling rate, 0 to 0.5."""
-        if self.kind == "mean":
-            return _gain_of(np.full(self.points, 1.0 / self.points), frequency)
-        if self.kind == "polynomial":
-            return _gain_of(smoothing_weights(self.points, self.order)[0], frequency)
-        with np.errstate(over="ignore"):
-            ratio = np.tan(np.pi * np.minimum(frequency, 0.5 - 1e-9)) / np.tan(np.pi * self.cutoff)
-            return np.asarray((1.0 + ratio ** (2 * self.order)) ** (-0.5 * self.passes))
-
-    @property
-    def words(self) -> str:
-        """As a reader would say it."""
-        if self.kind == "mean":
-            return f"a mean of {self.points} readings"
-        if self.kind == "polynomial":
-            return f"a local polynomial through {self.points} readings"
-        return f"a filter that cuts off at some {self.cutoff:.2g} of the sampling rate"
-
-    def noise(self, count: int, rng: np.random.Generator) -> Array:
-        """(count,) noise of deviation 1 that went through the filter."""
-        long = 2 * count + 256  # so that the end does not agree with the start
-        gain = self.response(np.arange(count + 129) / long)
-        power = np.full(len(gain), 2.0)
-        power[0] = 1.0
-        power[-1] = 1.0 if long % 2 == 0 else 2.0
-        gain /= np.sqrt(float(power @ gain**2) / long)
-        return np.fft.irfft(gain * np.fft.rfft(rng.standard_normal(long)), long)[128 : 128 + count]
 
 
 @dataclass(frozen=True)
@@ -94,11 +51,6 @@ class FilteredNoise:
 
     filter: LowPass
     noise: float
-
-
-def _gain_of(weights: Array, frequency: Array) -> Array:
-    at = np.arange(len(weights)) - 0.5 * (len(weights) - 1)
-    return np.asarray(np.abs(np.cos(2.0 * np.pi * np.outer(frequency, at)) @ weights))
 
 
 WHITE = LowPass("mean", points=1)  # no filter
@@ -131,7 +83,7 @@ def filtered_noise(recordings: Sequence[Recording], joint: int, step: float) -> 
         white = _Fits.of(found, first, (WHITE,), step)
         if white.deviance[0] < GOOD_FIT:
             return None
-        fits = _refined(found, first, step)
+        fits = _refined(found, first, step, _filters())
         best = int(np.argmax(fits.likelihood))
         if min(fits.deviance[best], white.deviance[0]) > WORST_FIT:
             continue
@@ -143,6 +95,30 @@ def filtered_noise(recordings: Sequence[Recording], joint: int, step: float) -> 
         noise = float(np.sqrt(fits.level[best] * np.mean(gain**2)))
         return FilteredNoise(which, noise) if _is_everywhere(recordings, joint, which, noise) else None
     return None
+
+
+def filter_of_noise(parts: Sequence[Array], step: float) -> LowPass | None:
+    """The filter of noise whose motion is taken away, (k,) rad each at even times; None for white noise or too little.
+
+    Of Butterworth filters only those that run to and fro, as labs do: fourth order once has nearly the spectrum of
+    second order twice, but not its droop at the motion's frequencies, which bends the motion.
+
+    ``step`` : rad, of rounding. A filter as slow as the slowest that are tried is looked for in means of ``COARSER``.
+    """
+    usual = [part for part in parts if len(part) >= LEAST_SEGMENT]
+    if not usual:
+        return None
+    spectrum, first = _Spectrum.of_parts(usual, 0.0), int(HALF_LOBE) + 1
+    twice = tuple(one for one in _filters() if one.points or one.passes == 2)
+    white, fits = _Fits.of(spectrum, first, (WHITE,), step), _refined(spectrum, first, step, twice)
+    best = int(np.argmax(fits.likelihood))
+    found = fits.filters[best]
+    if found.reach >= LONG_REACH:
+        coarse = [part[: len(part) // COARSER * COARSER].reshape(-1, COARSER).mean(axis=1) for part in usual]
+        slow = filter_of_noise(coarse, step / np.sqrt(COARSER))
+        if slow is not None:
+            return slow.slower(COARSER)
+    return found if fits.likelihood[best] - white.likelihood[0] >= LEAST_GAIN else None
 
 
 def _is_everywhere(recordings: Sequence[Recording], joint: int, which: LowPass, noise: float) -> bool:
@@ -157,7 +133,7 @@ def _is_everywhere(recordings: Sequence[Recording], joint: int, which: LowPass, 
     found = []
     for recording in recordings:
         if joint in recording.free:
-            for part in _even_stretches(recording, joint):
+            for part in even_stretches(recording, joint):
                 pieces = np.array([part[k : k + window] for k in range(0, len(part) - window + 1, window // 2)])
                 if len(pieces):
                     rest = pieces.T - line @ np.linalg.lstsq(line, pieces.T, rcond=None)[0]
@@ -180,9 +156,9 @@ def filter_with_ratio(ratio: float, order: int) -> LowPass | None:
     return filters[int(np.argmin(found))]
 
 
-def _refined(spectrum: _Spectrum, first: int, step: float) -> _Fits:
-    """Fits of all filters; where an edge fits best, of edges about it."""
-    fits = _Fits.of(spectrum, first, _filters(), step)
+def _refined(spectrum: _Spectrum, first: int, step: float, filters: tuple[LowPass, ...]) -> _Fits:
+    """Fits of the filters; where an edge fits best, of edges about it."""
+    fits = _Fits.of(spectrum, first, filters, step)
     for reach in (EDGE_STEP, EDGE_STEP**0.25):
         best = fits.filters[int(np.argmax(fits.likelihood))]
         if best.kind != "butterworth":
@@ -209,10 +185,13 @@ class _Spectrum:
         parts, own = [], 0.0
         for recording in recordings:
             if joint in recording.free:
-                parts += list(_even_stretches(recording, joint))
+                parts += list(even_stretches(recording, joint))
                 own = max(own, recording.step / (4.0 * np.pi * recording.smoothed.pace))
-        if not parts:
-            return None
+        return cls.of_parts(parts, own) if parts else None
+
+    @classmethod
+    def of_parts(cls, parts: Sequence[Array], own: float) -> _Spectrum:
+        """Of even stretches (k,) rad of a channel, in which the motion has the frequency ``own``."""
         length = min(SEGMENT, max(len(part) for part in parts)) // 2 * 2
         pieces = [p[k : k + length] for p in parts for k in range(0, len(p) - length + 1, length // 2)]
         line = np.vander(np.linspace(-1.0, 1.0, length), 2)
@@ -243,7 +222,7 @@ def _expected(filters: tuple[LowPass, ...], length: int) -> Array:
     return np.maximum(np.fft.rfft(both).real[:, ::2], LEAST_POWER)
 
 
-def _even_stretches(recording: Recording, joint: int) -> Iterator[Array]:
+def even_stretches(recording: Recording, joint: int) -> Iterator[Array]:
     """Runs of good readings (k,) rad at even times."""
     time, value, good = recording.channel(joint)
     if len(time) < LEAST_SEGMENT:
