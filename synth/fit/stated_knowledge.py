@@ -115,7 +115,9 @@ def stated_knowledge(
     )
 
 
-def with_stated(known: Known, noise: tuple[Array, Array], links: LinkErrors | None) -> tuple[Array, LinkErrors | None]:
+def with_stated(
+    known: BesideTrials, noise: tuple[Array, Array], links: LinkErrors | None
+) -> tuple[Array, LinkErrors | None]:
     """Covariance (p, p) of the noise and the links' errors with what is stated, and with a law that follows links.
 
     ``noise`` : two covariances (p, p), the one found, and that of white noise alone.
