@@ -104,7 +104,8 @@ def clear_of(recordings: Sequence[Recording], seen: SeenFilter) -> tuple[list[Re
     left = [float(recording.time[-1]) - seen.reach for recording in cut]
     if any(end < LEAST_SHARE * recording.time[-1] for end, recording in zip(left, recordings, strict=True)):
         return whole, 0.0
-    inside = (recording.between(0.0, end) for recording, end in zip(cut, left, strict=True))
+    # From its first sample once more, so that it is smoothed as a recording of its own.
+    inside = (recording.between(0.0, end).later(0) for recording, end in zip(cut, left, strict=True))
     return [replace(one, name=recording.name) for one, recording in zip(inside, recordings, strict=True)], seen.reach
 
 

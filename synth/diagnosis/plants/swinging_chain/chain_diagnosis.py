@@ -38,6 +38,7 @@ from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_se
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
+from synth.diagnosis.plants.swinging_chain.smeared_ends import without_smeared_ends
 from synth.diagnosis.plants.swinging_chain.stated_candidates import search_from_stated
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
@@ -57,7 +58,6 @@ from synth.estimation.linearisation import LinearisedNormal
 from synth.files.next_command import NextCommand
 from synth.files.tolerance import Tolerance
 from synth.fit.copies import told_copies
-from synth.fit.filtered_readings import filtered_remarks
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import joints_by_current, recordings, sentences_on_reading
 from synth.fit.sensor_noise import estimate_sensor
@@ -378,7 +378,7 @@ def scene_of(
     leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int, noise: Mapping[str, float] | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
     """Prepared trials without copies, with noise and counts; ``noise`` : a joint's known noise, rad."""
-    made = recordings(leg, trials, ())
+    made, smeared = without_smeared_ends(leg, recordings(leg, trials, ()))
     left_out, copied = told_copies(made, [trial.held_out for trial in trials])
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in left_out]
     prepared = [angle_trial(recording, held_out=held) for recording, held in kept]
@@ -393,8 +393,8 @@ def scene_of(
     predictor = Predictor(leg, tolerances, trial_legs=legs)
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings = [*held_start_remarks(held_starts(leg, made, found, tolerances)), *sentences_on_reading(made), *copied]
-    warnings += filtered_remarks(leg.joint_names, found)
-    warnings += [*left_out_sentences(leg, learnt, len(spare), legs), *filter(None, [cut_sentence([*given, *held])])]
+    cut = filter(None, [cut_sentence([*given, *held])])
+    warnings += [*smeared, *left_out_sentences(leg, learnt, len(spare), legs), *cut]
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed, legs), tuple(warnings)
