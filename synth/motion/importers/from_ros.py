@@ -118,8 +118,11 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     """
     topics = _topics(content)
     unread = dict(zip(map(str, content["unread"]), map(str, content["why"]), strict=True))
+    cut = bool(content["cut"])
+    if cut and not topics:
+        raise UserError(Problem("is cut off before its first joint state; copy or record it again", name))
     states = _states(topics, unread, mapping.topic, name)
-    notes = [f"joint states of {states.name}"]
+    notes = [f"joint states of {states.name}", *([_without_end(states)] if cut else [])]
     states = replace(states, stamp=without_steps(states.stamp, states.logged, notes, states.name))
     with_stamp = np.isfinite(states.stamp)
     delay = float(np.median((states.logged - states.stamp)[with_stamp])) if with_stamp.any() else 0.0
@@ -151,6 +154,15 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     )  # fmt: skip
 
 
+def _without_end(states: Topic) -> str:
+    """The note on a log whose last part was not written, or not copied."""
+    return decisive(
+        "the file has no end: its recorder was killed, or the copy is cut off. "
+        + _messages(len(states.logged), f"of {states.name} are whole and are read"),
+        "Compare its size with that of the original; what was logged last, up to a chunk, is not in it.",
+    )
+
+
 def _one_row_a_stamp(time: Array, values: Array, notes: list[str]) -> tuple[Array, Array]:
     """Times (m,) s that increase, and values (m, k), of messages (n,) and (n, k); ``notes`` are added to.
 
@@ -168,14 +180,21 @@ def _one_row_a_stamp(time: Array, values: Array, notes: list[str]) -> tuple[Arra
         joined += bool(new.any())
     repeated = int((~first).sum()) - joined
     if joined:
-        notes.append(f"{joined} messages have the stamp of another that holds other joints, and are joined with it")
+        notes.append(_messages(joined, "have the stamp of another that holds other joints, and are joined with it"))
     if other:
-        of = f"{other} messages repeat the stamp of another with other values, and are left out"
+        of = _messages(other, "repeat the stamp of another with other values, and are left out")
         remedy = "Look whether two programs publish there, or whether the stamps are those of a slower loop."
         notes.append(decisive(of, remedy))
     if repeated > other:
-        notes.append(f"{repeated - other} messages repeat a stamp and are left out")
+        notes.append(_messages(repeated - other, "repeat a stamp and are left out"))
     return time[first], merged
+
+
+def _messages(count: int, text: str) -> str:
+    """What is said of messages, with the verbs of one where it is one."""
+    for several, one in (("have", "has"), ("repeat", "repeats"), ("are", "is")) if count == 1 else ():
+        text = re.sub(rf"\b{several}\b", one, text)
+    return f"{count} message{'' if count == 1 else 's'} {text}"
 
 
 def _states(topics: dict[str, Topic], unread: dict[str, str], wanted: str | None, name: str) -> Topic:

@@ -5,6 +5,7 @@ that neither the file nor ``rosbags`` defines are listed as unread.
 """
 
 import json
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ JOINT_STATE = "sensor_msgs/JointState"
 INTERFACES = ("position", "effort", "voltage", "current")  # of a DynamicJointState
 Message = tuple[str, str, int, Any]  # topic, type, time of logging in ns, content
 SECOND = 1_000_000_000  # ns
+MCAP_END = b"\x89MCAP0\r\n"  # last bytes of a whole file, as its first ones
 
 
 def short(kind: str) -> str:
@@ -78,31 +80,53 @@ def _present_values(**values: Any) -> dict[str, list[float]]:
     return {name: [float(value) for value in given] for name, given in values.items() if given is not None}
 
 
+def has_no_end(path: str) -> bool:
+    """Whether an MCAP file lacks its last record and its end: its recorder was killed, or a copy was cut off."""
+    with open(path, "rb") as stream:  # noqa: PTH123 - a child's text is plain
+        stream.seek(-min(len(MCAP_END), stream.seek(0, 2)), 2)
+        return stream.read() != MCAP_END
+
+
+def mcap_records(path: str) -> Iterator[tuple[Any, Any, Any]]:
+    """Schema, channel and message of an MCAP file in the order of logging; of one without an end what is whole."""
+    from mcap.exceptions import EndOfFile
+    from mcap.reader import NonSeekingReader, make_reader
+
+    with open(path, "rb") as stream:  # noqa: PTH123 - a child's text is plain
+        if not has_no_end(path):
+            yield from make_reader(stream).iter_messages()
+            return
+        found = []
+        try:
+            for each in NonSeekingReader(stream).iter_messages(log_time_order=False):
+                found.append(each)
+        except (EndOfFile, struct.error):  # in the bytes of a record, or in those of its length
+            pass
+        yield from sorted(found, key=lambda each: each[2].log_time)
+
+
 def mcap_messages(path: str, unread: dict[str, str]) -> Iterator[Message]:
     """Messages of types in ``KINDS`` from an MCAP file; unreadable topics go to ``unread`` with the reason."""
-    from mcap.reader import make_reader
-
     stores: dict[str, Any] = {}
-    with open(path, "rb") as stream:  # noqa: PTH123 - a child's text is plain
-        for schema, channel, message in make_reader(stream).iter_messages():
-            kind = "" if schema is None else short(schema.name)
-            if schema is None or kind not in KINDS or channel.topic in unread:
-                continue
-            time, coding = message.log_time, channel.message_encoding
-            if coding == "json":
-                yield channel.topic, kind, time, json.loads(message.data)
-                continue
-            if coding not in ("cdr", "ros1"):
-                raise ValueError(f"{channel.topic} is encoded as {coding}; cdr, ros1, json are read")
-            name = kind.replace("/", "/msg/")
-            if coding not in stores:
-                stores[coding] = typestore(coding)
-            store = stores[coding]
-            if name not in store.fielddefs and not add_types(store, schema, name):
-                unread[channel.topic] = f"{kind}: the file does not define this type as text"
-                continue
-            read = store.deserialize_ros1 if coding == "ros1" else store.deserialize_cdr
-            yield channel.topic, kind, time, read(message.data, name)
+    for schema, channel, message in mcap_records(path):
+        kind = "" if schema is None else short(schema.name)
+        if schema is None or kind not in KINDS or channel.topic in unread:
+            continue
+        time, coding = message.log_time, channel.message_encoding
+        if coding == "json":
+            yield channel.topic, kind, time, json.loads(message.data)
+            continue
+        if coding not in ("cdr", "ros1"):
+            raise ValueError(f"{channel.topic} is encoded as {coding}; cdr, ros1, json are read")
+        name = kind.replace("/", "/msg/")
+        if coding not in stores:
+            stores[coding] = typestore(coding)
+        store = stores[coding]
+        if name not in store.fielddefs and not add_types(store, schema, name):
+            unread[channel.topic] = f"{kind}: the file does not define this type as text"
+            continue
+        read = store.deserialize_ros1 if coding == "ros1" else store.deserialize_cdr
+        yield channel.topic, kind, time, read(message.data, name)
 
 
 def typestore(coding: str) -> Any:
@@ -148,9 +172,9 @@ def joint_arrays(path: str, *, mcap: bool) -> dict[str, Any]:
 
     Returns
     -------
-    ``topics`` and ``kinds`` (k,), ``unread`` and ``why``; ``begin`` whole s, beside which a double holds no ns; for
-    topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}`` (n,) s after it, and each quantity in ``quantities{i}`` as
-    (n, m), nan if a message lacks it.
+    ``topics`` and ``kinds`` (k,), ``unread`` and ``why``; ``begin`` whole s, beside which a double holds no ns; ``cut``
+    of an MCAP file without an end; for topic i ``names{i}`` (m,), ``stamp{i}`` and ``logged{i}`` (n,) s after the
+    begin, and each quantity in ``quantities{i}`` as (n, m), nan if a message lacks it.
     """
     unread: dict[str, str] = {}
     rows: dict[str, list[Any]] = {}
@@ -164,6 +188,7 @@ def joint_arrays(path: str, *, mcap: bool) -> dict[str, Any]:
     every = [row for topic in topics for row in rows[topic]]
     begin = min((row[1] for row in every if row[1]), default=min((row[0] for row in every), default=0)) // SECOND
     arrays["begin"] = numpy.array(begin)
+    arrays["cut"] = numpy.array(mcap and has_no_end(path))
     for i, topic in enumerate(topics):
         arrays |= _topic_arrays(rows[topic], i, begin * SECOND)
     return arrays

@@ -15,6 +15,7 @@ from motion.importers.simulated_leg import NAMES, leg
 from synth.errors import UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
+from synth.remarks import Remark
 
 COUNT, STEP = 80, 5_000_000  # messages, ns
 UNIX = 1_700_000_000 * 10**9 + 123_456_789  # ns
@@ -22,11 +23,13 @@ ANGLES = np.column_stack([100 + 0.1 * np.arange(COUNT), 110 - 0.2 * np.arange(CO
 Message = tuple[int, tuple[int, ...], NDArray[np.float64]]  # stamp in ns, joints, their angles in deg
 
 
-def log_file(path: Path, messages: Iterable[Message], logged: Sequence[int] | None = None) -> Path:
-    """An MCAP log of joint states as JSON; ``logged``: times in ns, else 1 ms after the stamps."""
+def log_file(
+    path: Path, messages: Iterable[Message], logged: Sequence[int] | None = None, chunk: int = 1_000_000
+) -> Path:
+    """An MCAP log of joint states as JSON; ``logged``: times in ns, else 1 ms after the stamps; ``chunk`` : bytes."""
     writer = pytest.importorskip("mcap.writer").Writer
     with path.open("wb") as stream:
-        log = writer(stream)
+        log = writer(stream, chunk_size=chunk)
         log.start()
         schema = log.register_schema("sensor_msgs/msg/JointState", "jsonschema", b"{}")
         channel = log.register_channel("/joint_states", "json", schema)
@@ -73,14 +76,37 @@ def test_messages_of_one_stamp_with_other_joints_are_one_sample(tmp_path: Path) 
 
 
 @pytest.mark.parametrize(
-    ("other", "told"), [(0.0, "repeat a stamp and"), (5.0, "repeat the stamp of another with other values, and")]
+    ("other", "told"), [(0.0, "repeats a stamp and"), (5.0, "repeats the stamp of another with other values, and")]
 )
 def test_a_message_that_repeats_joint_and_stamp_is_left_out(tmp_path: Path, other: float, told: str) -> None:
     messages = whole(UNIX)
     again = (messages[10][0], (0, 1, 2), ANGLES[10] + other)
     found = read(log_file(tmp_path / "a.mcap", [*messages[:11], again, *messages[11:]]))
     np.testing.assert_allclose(np.degrees(found.angles), ANGLES, atol=1e-9)
-    assert f"1 messages {told} are left out" in found.notes
+    assert f"1 message {told} is left out" in found.notes
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.99])
+def test_a_log_whose_recorder_was_killed_is_read_as_far_as_it_is_whole(tmp_path: Path, share: float) -> None:
+    """Its index at the end is missing, and its last chunk ends anywhere: "damaged, export it again" was the answer."""
+    path = log_file(tmp_path / "a.mcap", whole(UNIX), chunk=1000)
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    found = read(path)
+    count = len(found.time)
+    np.testing.assert_allclose(np.degrees(found.angles), ANGLES[:count], atol=1e-9)
+    assert share * COUNT / 2 < count <= COUNT
+    (told,) = [note for note in found.notes if "the file has no end" in note]
+    assert f"{count} messages of /joint_states are whole and are read" in told
+    assert isinstance(told, Remark)
+    assert told.severity == "decide"
+
+
+def test_a_log_that_is_cut_before_its_first_message_is_refused(tmp_path: Path) -> None:
+    path = log_file(tmp_path / "a.mcap", whole(UNIX))
+    path.write_bytes(path.read_bytes()[:-2000])
+    with pytest.raises(UserError, match=r"a\.mcap: is cut off before its first joint state"):
+        read(path)
 
 
 @pytest.mark.parametrize("size", [100 * STEP, 50 * STEP + 1_300_000, -70 * STEP])
