@@ -20,7 +20,6 @@ UNMENTIONED = {
     "synth.api.report.Report._repr_html_": "notebooks call it",
     "synth.cad.export.export_leg": "a leg's files in one call, for who uses cad by itself",
     "synth.cad.joint.build_joint": "a joint in one call, for who uses cad by itself; the design keeps the layout",
-    "synth.cad.limits.limit_of": "tools/fuzz_joints.py draws within it",
     "synth.compiling.numba_internals.KeptCode.save_overload": "numba calls it",
     "synth.swing.chain_integrator.integrate": "synth.swing.chain reads it from the compiled module",
     "synth.swing.curve_integrator.integrate_curves": "likewise",

@@ -39,14 +39,6 @@ def filtered_words(joint: int, sensor: AngleSensor) -> str:
     return ""
 
 
-def filtered_remarks(joints: Sequence[str], sensor: AngleSensor) -> list[str]:
-    """A remark on all joints whose readings were filtered."""
-    seen = [name for j, name in enumerate(joints) if filtered_words(j, sensor)]
-    if not seen:
-        return []
-    return [Remark(f"the readings of {', '.join(seen)} look low-pass filtered", "note", REMEDY)]
-
-
 def filtered_note(seen: SeenFilter, left_out: float) -> Remark:
     """A remark of a fit; ``left_out`` : s at the start of each recording that the filter smears."""
     text = seen.words
