@@ -37,6 +37,10 @@ from synth.swing.leg_model import Leg
 
 LOOKED_AT = 3  # recordings whose noise is compared first: enough to tell, and a hundredth of a fit's time
 ALIKE_STEPS = 0.05  # of the usual sample step: those of recordings that a filter has read alike differ by less
+# Times the reach of the filter that the readings show by themselves, which near the motion's frequencies comes out down
+# to half of the true one. What a fit leaves of readings with hardly any noise is the model's error, and seems filtered
+# by a far slower one.
+MOST_REACH = 3.0
 
 
 def seen_filter(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions) -> SeenFilter | None:
@@ -58,9 +62,11 @@ def seen_filter(leg: Leg, recordings: Sequence[Recording], options: LegFitOption
         for j in seen
     ]
     known = [one for one in which if one is not None]
-    if not known:
+    shown = max((one.reach for one in sensor.filters if one is not None), default=0.0)
+    slowest = max(known, key=lambda one: one.reach, default=None)
+    if slowest is None or slowest.reach > MOST_REACH * shown:
         return found
-    return replace(found, filter=max(known, key=lambda one: one.reach), step=usual)
+    return replace(found, filter=slowest, step=usual)
 
 
 def _may_be_filtered(recordings: Sequence[Recording]) -> bool:

@@ -269,7 +269,7 @@ def test_swings_and_jumps_are_predicted_no_better_from_the_same_error_on(times: 
     errors = misses(1.0, math.sqrt(times * NO_BETTER_RATIO), 0.1, trials=1)
     jumps: Any = SimpleNamespace(scored_names=("a.csv",))
     assert bool(poor_trials.no_better(["a.csv"], errors, None)) == poor
-    assert bool(JumpingLeg.worse(jumps, errors, None)) == poor
+    assert bool(JumpingLeg.worse(jumps, errors, None, "the explanation")) == poor
 
 
 def test_swings_and_jumps_have_the_same_bounds_of_tolerances() -> None:
