@@ -52,7 +52,7 @@ Axis = tuple[float, float, float]
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in
 PIN_YIELD = 650.0  # MPa; lowest published value for the core of hardened dowels; ASME B18.8.5M: 1050 MPa in shear
 # MPa, 0.2 % proof stress: EN AW-6060 T6 extruded, EN 755-2, the softest that aluminium tube is commonly sold in
-# (6060 T66: 160, 6063 T6: 170, 6082 T6: 250).
+# (6060 T66: 160, 6063 T6: 170, 6082 T6: 250); from memory, the standard was not at hand.
 TUBE_YIELD = 150.0
 BEARING = 1.5  # of the tensile strength: bearing strength of a hole's wall (edge distance of two diameters)
 FRICTION = 0.2  # print on print, dry; PLA and nylon are measured at 0.2 to 0.5

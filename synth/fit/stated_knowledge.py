@@ -180,12 +180,11 @@ def _contradictions(
         times = abs(off) / np.sqrt(variance[place] + 1.0 / precision)
         if times > CONTRADICTION:
             quantity, joint = unknowns.names[place].split(" ", 1)
-            log = bool(unknowns.logarithmic[place])
-            much = f"{100.0 * abs(np.expm1(off)):.2g} %" if log else f"{abs(np.degrees(off)):.2g} deg"
-            way = "above" if off > 0.0 else "below"
-            if not log:
-                way = "from"  # the sense of a rotation is not that of the measured angle
-            text = f"{joint}: the trials find a {quantity.replace('_', ' ')} {much} {way} the stated one, {times:.2g}"
+            if unknowns.logarithmic[place]:
+                apart = f"{100.0 * abs(np.expm1(off)):.2g} % {'above' if off > 0.0 else 'below'}"
+            else:  # the sense of a rotation is not that of the measured angle
+                apart = f"{abs(np.degrees(off)):.2g} deg from"
+            text = f"{joint}: the trials find a {quantity.replace('_', ' ')} {apart} the stated one, {times:.2g}"
             remedy = "Look whether the stated value, the masses or the tolerances are wrong."
             text += " deviations of the prior, the noise and the links' tolerances together"
             said.append(decisive(text, remedy))
