@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
 MANY = 4  # recordings with a note of one form, from which they are told together: three lines are still read
@@ -14,19 +15,29 @@ def grouped_notes(notes: Sequence[tuple[str, str]], joints: Sequence[str]) -> li
     """Lines of all ``notes``, each a recording's name and its text.
 
     A form of text that ``MANY`` recordings share is one line, ``27 of 34 recordings: ...``, in which each number is a
-    range and each joint those named; the others follow with the name of their recording, in order.
+    range and each joint those named; the others follow with the name of their recording, in order. A form that one
+    recording has for several joints is told joint by joint.
     """
     joint = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in sorted(joints, key=len, reverse=True)) or r"(?!)")
-    forms: dict[str, dict[str, str]] = {}
-    for name, text in notes:
-        forms.setdefault(_NUMBER.sub("0", joint.sub(_JOINT, text)), {}).setdefault(name, text)
+    of_any = [_NUMBER.sub("0", joint.sub(_JOINT, text)) for _, text in notes]
+    times = Counter((name, form) for (name, _), form in zip(notes, of_any, strict=True))
+    repeated = {form for (_, form), number in times.items() if number > 1}
+    forms = [
+        _NUMBER.sub("0", text) if form in repeated else form for (_, text), form in zip(notes, of_any, strict=True)
+    ]
+    sharing: dict[str, dict[str, str]] = {}
+    for (name, text), form in zip(notes, forms, strict=True):
+        sharing.setdefault(form, {})[name] = text
     count = len({name for name, _ in notes})
-    together = {form: texts for form, texts in forms.items() if len(texts) >= MANY}
+    # Texts of one recording that differ in numbers only are told as they are.
+    together = {
+        form: texts for form, texts in sharing.items() if len(texts) >= MANY and forms.count(form) == len(texts)
+    }
     lines = [
         f"{len(texts)} of {count} recordings: {_with_ranges(list(texts.values()), joints, joint)}"
         for texts in together.values()
     ]
-    alone = (item for item in notes if _NUMBER.sub("0", joint.sub(_JOINT, item[1])) not in together)
+    alone = (note for note, form in zip(notes, forms, strict=True) if form not in together)
     return [*lines, *(f"{name}: {text}" for name, text in alone)]
 
 

@@ -30,3 +30,17 @@ def test_few_notes_stand_by_their_recording() -> None:
 def test_a_joint_whose_name_is_part_of_another() -> None:
     notes = [(f"{k}.csv", f"{'hip' if k % 2 else 'hip left'}: outside") for k in range(MANY)]
     assert grouped_notes(notes, ("hip", "hip left")) == [f"{MANY} of {MANY} recordings: hip or hip left: outside"]
+
+
+def test_no_joint_of_a_recording_is_lost() -> None:
+    """Two lost samples of the hip were told, 300 of the ankle in the same four recordings were not."""
+    lost = {"hip": "2", "ankle": "300"}
+    notes = [(f"{k}.csv", f"{name}: {lost[name]} of 47{k} samples are missing") for k in range(MANY) for name in lost]
+    assert grouped_notes(notes, JOINTS) == [
+        f"{MANY} of {MANY} recordings: {name}: {lost[name]} of 470 to 47{MANY - 1} samples are missing" for name in lost
+    ]
+    alone = [*notes, ("0.csv", "ankle: 7 of 470 samples are missing")]
+    assert [line for line in grouped_notes(alone, JOINTS) if "7 of 470" in line] == [
+        "0.csv: ankle: 7 of 470 samples are missing"
+    ]
+    assert len(grouped_notes(alone, JOINTS)) == 1 + MANY + 1
