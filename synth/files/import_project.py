@@ -81,7 +81,8 @@ class Mapping:
     with that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
     ``roll`` : rad, counter-clockwise rotation of the picture as filmed, before ``mirror``. ``supply`` : the
     column of the drives' supply;
-    ``commands`` : topics of commands in a robot's log.
+    ``commands`` : topics of commands in a robot's log. ``towards`` : of a fitted plane, the level direction (2,) on
+    whose side right is, in the two axes that are not up; it is found from all files of a project, not stated.
     """
 
     time: str | None = None
@@ -97,6 +98,7 @@ class Mapping:
     topic: str | None = None
     supply: InputColumn | None = None
     commands: tuple[CommandTopic, ...] = ()
+    towards: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

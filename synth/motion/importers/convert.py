@@ -143,7 +143,7 @@ def import_file(
     notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
         own = replace(clock, time=time[kept])
-        tracked = TrackedAngles(own, tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
+        tracked = replace(tracked, clock=own, rotation=tracked.rotation[kept], points=tracked.points[kept])
     angles, texts, began = cleaned.angles[kept], tuple(notes), float(time[0])
     return ImportedRecording(
         found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns

@@ -13,7 +13,7 @@ import numpy as np
 import synth
 from synth.drives.servo import TorqueDrive
 from synth.errors import UserError
-from synth.files.import_project import ForeignFile, ImportProject
+from synth.files.import_project import ForeignFile, ImportProject, Mapping
 from synth.files.leg_file import write_leg
 from synth.files.names import written_name
 from synth.files.output import place, sha256_file, write_csv, write_json, write_text
@@ -21,6 +21,7 @@ from synth.files.validate import gathering, raise_if_any
 from synth.motion.importers.cleaning import SHORTEST, common_turns
 from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.drive_inputs import merge_inputs
+from synth.motion.importers.points import along_its_axis
 from synth.motion.release import free_after
 from synth.sampling import own_moments, usual_step
 from synth.swing.leg_model import Leg
@@ -30,6 +31,11 @@ TRIALS = "trials"
 FIT, GAP, LEG = "fit.yaml", "gap.yaml", "leg.leg.yaml"  # a project of the trials, ready to run
 LIBRARIES = ("numpy", "scipy")
 DRAWN = 9  # frames whose points are drawn
+OBLIQUE = np.radians(45.0)  # between planes; from here the opposite side is nearly as near, at 90 deg just as near
+OTHER_WAY = (
+    "its plane stands {:.0f} deg from the mean plane of all files: if it was seen from the other side, import it by "
+    "itself with mirror: true"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +62,8 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
         with gathering(problems):
             trials.append(ImportedTrial(file, target, _import_file(project, file, None)))
     raise_if_any(problems)
-    trials = _on_one_turn(project, trials)
+    trials, mapping = _on_one_side(project, trials)
+    trials = _on_one_turn(replace(project, mapping=mapping), trials)
     return _without_hand(trials) if project.release == "free" else trials
 
 
@@ -71,6 +78,30 @@ def _import_file(project: ImportProject, file: ForeignFile, turns: Sequence[int]
         window=file.window,
         turns=turns,
     )
+
+
+def _on_one_side(project: ImportProject, trials: list[ImportedTrial]) -> tuple[list[ImportedTrial], Mapping]:
+    """The recordings seen from one side, and the mapping that says which.
+
+    A fitted plane alone decides on its right by the nearest axis of space, which for a walkway diagonal to the axes is
+    another one in every other file. The common right is the direction that the planes of all files have in the mean.
+    """
+    rights = [trial.imported.tracked.right for trial in trials if trial.imported.tracked is not None]
+    ways = np.array([right for right in rights if right is not None])
+    if len(ways) < 2 or len(ways) < len(trials):
+        return trials, project.mapping
+    mean = along_its_axis(np.linalg.eigh(ways.T @ ways)[1][:, -1])
+    mapping = replace(project.mapping, towards=(float(mean[0]), float(mean[1])))
+    there = replace(project, mapping=mapping)
+    made = []
+    for trial, along in zip(trials, ways @ mean, strict=True):
+        again = trial if along >= 0.0 else replace(trial, imported=_import_file(there, trial.source, None))
+        if abs(along) < np.cos(OBLIQUE):
+            aside = float(np.degrees(np.arccos(min(abs(along), 1.0))))
+            note = OTHER_WAY.format(aside)
+            again = replace(again, imported=replace(again.imported, notes=(*again.imported.notes, note)))
+        made.append(again)
+    return made, mapping
 
 
 def _on_one_turn(project: ImportProject, trials: list[ImportedTrial]) -> list[ImportedTrial]:

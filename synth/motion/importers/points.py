@@ -32,7 +32,7 @@ _AXIS = re.compile(r"([+-]?)([xyz])")
 class TrackedAngles:
     """Angles from points: ``rotation`` (n, n_joint) rad, nan where a point is missing; ``points`` (n, n_point, 2)
     in units of the source, x right and z up, as used; ``scale`` metres per unit of the source, from the leg
-    file's lengths; ``notes`` messages.
+    file's lengths; ``notes`` messages. ``right`` : of a fitted plane, (2,) in the axes of space that are not up.
     """
 
     clock: LogClock
@@ -40,6 +40,7 @@ class TrackedAngles:
     points: Array
     scale: float
     notes: tuple[str, ...]
+    right: Array | None = None
 
 
 def track(markers: Markers, leg: Leg, mapping: Mapping) -> TrackedAngles:
@@ -53,7 +54,8 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> TrackedAngles:
     chosen = _chosen_points(markers, leg, mapping)
     notes = [*clock.notes, *markers.notes]
     space = _restore_sides(markers, chosen, clock.time, notes)
-    flat = _turn_back(_in_plane(space, markers, mapping, notes), mapping.roll)  # as filmed, so before it is mirrored
+    seen, right = _in_plane(space, markers, mapping, notes)
+    flat = _turn_back(seen, mapping.roll)  # as filmed, so before it is mirrored
     if mapping.mirror:
         flat[..., 0] *= -1.0
     vector = np.diff(flat, axis=1)
@@ -71,7 +73,7 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> TrackedAngles:
     rotation[:, 1:] -= absolute[:, :-1]
     rotation = np.angle(np.exp(1j * rotation))
     scale = _scale(middle, leg, notes)
-    return TrackedAngles(clock, np.asarray(rotation), flat, scale, tuple(notes))
+    return TrackedAngles(clock, np.asarray(rotation), flat, scale, tuple(notes), right)
 
 
 def _clock(markers: Markers, mapping: Mapping) -> LogClock:
@@ -123,20 +125,20 @@ def _restore_sides(markers: Markers, chosen: list[int], time: Array, notes: list
     return np.asarray(space)
 
 
-def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]) -> Array:
-    """(n, n_point, 2): right and up."""
+def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]) -> tuple[Array, Array | None]:
+    """(n, n_point, 2): right and up; of a fitted plane, its right."""
     if space.shape[2] == 2:
         if markers.picture is not None:
-            return _along(space, mapping.plane or markers.picture, markers)
+            return _along(space, mapping.plane or markers.picture, markers), None
         if mapping.plane is not None:
             text = "the file's points are in an image plane already; leave `plane` out"
             raise UserError(Problem(text, markers.name, key="plane"))
-        return space.copy()
+        return space.copy(), None
     if mapping.plane is None and markers.up is not None:
         notes.append(f"no plane is given: using the best-fitting one, {markers.up} up (plane: [fit, {markers.up}])")
-        return fitted_plane(space, markers.up, markers, notes)
+        return fitted_plane(space, markers.up, markers, notes, mapping.towards)
     if mapping.plane is not None and mapping.plane[0].strip().casefold() == "fit":
-        return fitted_plane(space, mapping.plane[1], markers, notes)
+        return fitted_plane(space, mapping.plane[1], markers, notes, mapping.towards)
     if mapping.plane is None:
         moving = np.nanstd(space - np.nanmean(space, axis=0), axis=(0, 1))
         sizes = ", ".join(f"{axis} {size:.3g} {markers.unit}".strip() for axis, size in zip("xyz", moving, strict=True))
@@ -151,7 +153,7 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
     if np.radians(out) > TILTED:
         plane = ", ".join(mapping.plane)
         notes.append(f"links stand up to {out:.0f} deg out of the plane [{plane}]: is it correct?")
-    return flat
+    return flat, None
 
 
 def _along(points: Array, plane: tuple[str, str], markers: Markers) -> Array:
@@ -166,13 +168,15 @@ def _along(points: Array, plane: tuple[str, str], markers: Markers) -> Array:
     return np.stack([sign * points[..., index] for index, sign in picked], axis=-1)
 
 
-def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> Array:
-    """(n, n_point, 2) in the upright plane that fits the points best; the note states their distance from it.
+def fitted_plane(
+    space: Array, up: str, markers: Markers, notes: list[str], towards: tuple[float, float] | None = None
+) -> tuple[Array, Array]:
+    """(n, n_point, 2) in the upright plane that fits the points best, and its right; a note states their distance.
 
     The plane contains the axis ``up``; its normal is the horizontal direction in which the points vary least about
     their mean in each frame and over all frames (least squares, smallest eigenvalue of their covariance). Points of
     links that are far too long or short in a frame, such as unseen ones written as 0, 0, 0, do not count. To the right
-    is the side on which the nearest axis of space grows.
+    is the side of ``towards``, or else that on which the nearest axis of space grows.
     """
     match = _AXIS.fullmatch(up.strip().casefold())
     if match is None:
@@ -185,21 +189,28 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
     known = space[np.isfinite(space).all(axis=2) & ~(wrong[:, :-1] | wrong[:, 1:])][:, level]
     centred = known - known.mean(axis=0)
     spread, ways = np.linalg.eigh(centred.T @ centred / len(centred))
-    right = ways[:, 1]
-    right = right * np.sign(right[int(np.argmax(np.abs(right)))])
+    right = along_its_axis(ways[:, 1])
+    turned = towards is not None and float(right @ np.array(towards)) < 0.0
+    right = -right if turned else right
     away = centred @ ways[:, 0]
     limb = float(np.nansum(middle))
     off = float(np.sqrt(np.mean(away**2)))
     unit = f" {markers.unit}" if markers.unit else ""
     where = ", ".join(f"{value:+.3f} {'xyz'[index]}" for value, index in zip(right, level, strict=True))
+    shared = ", as in the other files" if turned else ""
     notes.append(
-        f"plane fitted: right is ({where}), {match[0]} up; the points lie {off:.3g}{unit} RMS from it, "
+        f"plane fitted: right is ({where}){shared}, {match[0]} up; the points lie {off:.3g}{unit} RMS from it, "
         f"{off / limb:.1%} of the limb's length, at most {np.abs(away).max():.3g}{unit}"
     )
     if spread[1] < 4.0 * spread[0]:
         notes.append("the points vary hardly more along that plane than across it: is the limb's motion planar?")
     sign = -1.0 if match[1] == "-" else 1.0
-    return np.stack([space[..., level] @ right, sign * space[..., vertical]], axis=-1)
+    return np.stack([space[..., level] @ right, sign * space[..., vertical]], axis=-1), np.asarray(right)
+
+
+def along_its_axis(way: Array) -> Array:
+    """The direction ``way`` or its opposite: the one along which its nearest axis grows."""
+    return np.asarray(way * np.sign(way[int(np.argmax(np.abs(way)))]))
 
 
 def _misplaced_links(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
