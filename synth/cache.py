@@ -15,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from synth.errors import Problem, UserError
+from synth.files.paths import home_folder
 
 VARIABLE = "SYNTH_CACHE"
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
@@ -25,7 +26,7 @@ _HASH = 32  # bytes of a SHA-256
 def cache_folder() -> Path:
     """``$SYNTH_CACHE``, or ``synth`` in the user's cache folder; created if missing.
 
-    If neither can be written, a folder of the user's among the temporary files.
+    If neither can be written or the user has no home, a folder of the user's among the temporary files.
 
     Raises
     ------
@@ -33,7 +34,9 @@ def cache_folder() -> Path:
         If ``$SYNTH_CACHE`` or the temporary folder belongs to another user or is writable by others.
     """
     named = os.environ.get(VARIABLE)
-    base = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "synth"
+    base = Path(named) if named else _user_s_folder()
+    if base is None:
+        return _among_temporary_files()
     with suppress(OSError):
         base.mkdir(parents=True, exist_ok=True, mode=0o700)
         fault = _fault(base.stat())  # a link to a folder of the user's is allowed
@@ -43,6 +46,14 @@ def cache_folder() -> Path:
         if fault is None and os.access(base, os.W_OK):
             return base
     return _among_temporary_files()
+
+
+def _user_s_folder() -> Path | None:
+    """``synth`` in the user's cache folder; None if the user has no home."""
+    caches, home = os.environ.get("XDG_CACHE_HOME"), home_folder()
+    if caches:
+        return Path(caches) / "synth"
+    return None if home is None else home / ".cache" / "synth"
 
 
 def _among_temporary_files() -> Path:

@@ -31,11 +31,19 @@ def allowing_outside() -> Iterator[None]:
         _anywhere.reset(token)
 
 
+def home_folder() -> Path | None:
+    """The user's home folder; None if there is none, such as for a user id that a container was started with."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return None
+
+
 def repository_root(folder: Path) -> Path | None:
     """The nearest repository folder at or above ``folder``; never the home folder or the root."""
-    whole = Path(os.path.realpath(folder))
+    whole, home = Path(os.path.realpath(folder)), home_folder()
     for place in (whole, *whole.parents):
-        if place == Path.home() or place == Path(place.anchor):
+        if place in (home, Path(place.anchor)):
             return None
         if any((place / mark).exists() for mark in REPOSITORY):
             return place

@@ -136,6 +136,7 @@ def _search_rates(leg: Leg, recordings: Sequence[Recording], options: LegFitOpti
         iterations = found.iterations
     result = _assemble_result(search, rates, options, len(recordings))
     names = leg.joint_names
+    searched = [j for j, name in enumerate(names) if result.joints[name].estimated]
     edges = [
         at_joint(
             names[j],
@@ -143,7 +144,7 @@ def _search_rates(leg: Leg, recordings: Sequence[Recording], options: LegFitOpti
             f"{bounds.lower[row, j]:.3g} to {bounds.upper[row, j]:.3g} {unit}",
         )
         for row, (what, unit) in enumerate((("spring rate", "N*m/rad"), ("damper rate", "N*m*s/rad")))
-        for j in range(len(names))
+        for j in searched
         # Within 0.1 %: a search stops short of a bound.
         if not 1.001 * bounds.lower[row, j] < rates[row, j] < 0.999 * bounds.upper[row, j]
     ]
@@ -199,6 +200,8 @@ def _compare_with_least_squares(result: FitResult, best: FitResult, choice: Choi
     if overall[0] > FAILED_SEARCH * overall[1]:
         messages[0] += "; the intervals describe the recordings, not the distance of this search from the optimum"
     for name, joint in result.joints.items():
+        if not joint.estimated:
+            continue
         other = best.joints[name]
         parts = [f"k {100 * (joint.spring_rate.value / other.spring_rate.value - 1):+.0f} %"]
         if joint.damper_rate is not None and other.damper_rate is not None:

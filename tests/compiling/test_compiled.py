@@ -20,6 +20,7 @@ from synth.compiling import code_cache
 from synth.compiling.numba_internals import KeptCode
 from synth.compiling.trigonometry import sine_cosine
 from synth.errors import UserError
+from synth.files.paths import repository_root
 from synth.swing.lane_layout import MOST_LINKS, LaneLaw, Layout
 
 
@@ -54,6 +55,20 @@ print(float(simulate(leg, [0.01], [0.0], [0.0, 3.141592653589793], tolerance=1e-
     assert float(done.stdout) == pytest.approx(-0.01, abs=1e-6)  # half a period of 2 pi s
     kept = sorted(path.name.split("_")[1] for path in (tmp_path / "new" / "cache" / "code").iterdir())
     assert kept == ["chain1", "plain1"]  # a leg without effects needs no more
+
+
+def test_a_user_without_a_home_has_a_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A container's user id without an entry in the password file: every command ended in a traceback."""
+    monkeypatch.setattr("pathlib.Path.home", _no_home)
+    for name in ("SYNTH_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    assert cache_folder().parent == tmp_path
+    assert repository_root(tmp_path) is None
+
+
+def _no_home() -> Path:
+    raise RuntimeError("Could not determine home directory.")
 
 
 def test_cache_folder_is_the_named_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

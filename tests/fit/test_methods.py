@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from synth.fit.costs import Cost, emphasise_transient, summed_differences
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.methods import _assemble_result, fit_by, require_method, search_of
 from synth.fit.rate_search import Bounds, order_of
+from synth.fit.recordings import recordings
 from synth.fit.simplex import simplex
 from synth.fit.swarm import INERTIA, ITERATIONS, OWN, PARTICLES, SOCIAL, swarm
 from synth.motion.characteristics import Characteristics, characteristics
@@ -194,3 +196,18 @@ def test_every_other_combination_is_allowed() -> None:
         for cost in ("trajectory", "transient", "characteristics"):
             if (method, cost) != ("least_squares", "characteristics"):
                 require_method(Choice(method=method, cost=cost), "fit.yaml")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("method", ["piecewise", "swarm"])
+def test_a_joint_locked_in_every_trial_is_left_out(method: Literal["piecewise", "swarm"]) -> None:
+    """Its rate of 0 was divided by, after the whole search."""
+    generator, rig = np.random.default_rng(4), Rig(noise=0.05, rate=250.0)
+    held = [release(LEG, (0.0, *away), generator, rig, locked=("hip",)) for away in ((20.0, -15.0), (-10.0, 20.0))]
+    read = recordings(bare(LEG), held, sought=("knee", "ankle"))
+    result = fit_by(bare(LEG), read, LegFitOptions(release="recorded"), Choice(method=method, cost="trajectory"))
+    assert not result.joints["hip"].estimated
+    for j, name in enumerate(LEG.joint_names[1:], start=1):
+        assert result.joints[name].spring_rate.value == pytest.approx(SPRING[j], rel=0.05)
+    compared = [text for text in result.warnings if "compared with least squares" in text]
+    assert not any("hip" in text for text in compared)
+    assert len(compared) == len(LEG.joints) - 1
