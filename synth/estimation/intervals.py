@@ -44,7 +44,8 @@ class Estimate:
         """Value and interval in the unit shown, ``Estimate(105.003 deg, 90 %: 104.994 to 105.013)``."""
         scale = factor(self.shown_in, self.unit)
         ends = "" if self.low is None or self.high is None else f"{self.low / scale:.6g} to {self.high / scale:.6g}"
-        return f"Estimate({self.value / scale:.6g} {self.shown_in}{', 90 %: ' if ends else ''}{ends})"
+        unit = "" if self.shown_in == "1" else f" {self.shown_in}"
+        return f"Estimate({self.value / scale:.6g}{unit}{', 90 %: ' if ends else ''}{ends})"
 
     @property
     def is_any_angle(self) -> bool:
@@ -63,7 +64,8 @@ class Estimate:
         """The 90 % interval in a sentence, ``0.064 to 0.76 N*m/rad``: the numbers of the table; empty without one."""
         if self.low is None or self.high is None:
             return ""
-        value, low, high = (quantity(each, self.shown_in)["value"] for each in (self.value, self.low, self.high))
+        scale = factor(self.shown_in, self.unit)  # an end may be infinite, which no quantity of a file is
+        value, low, high = self.value / scale, self.low / scale, self.high / scale
         return interval_words(value, low, high, self.shown_in)
 
 

@@ -19,8 +19,8 @@ from synth.units import quantity
 
 MOST_ENDS = 3  # ways in which diagnoses failed, in the sentence; each case has its own message
 FORMAT = "synth/rehearsal/1"
-LARGE_RUNG = 2  # rung from which a cause counts as large, for the sentence and the picture
-LARGE = f"with a gap of at least {RUNGS[LARGE_RUNG]:g} times the unexplained remainder"
+LARGE_RUNG = 2  # rung of a large cause, for the sentence and the picture
+LARGE = f"with a gap of {RUNGS[LARGE_RUNG]:g} times the unexplained remainder"
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,28 @@ class CauseSummary:
             return None
         return {"of": meaning[0], **quantity(float(np.median(sizes)), meaning[1])}
 
+    @property
+    def large(self) -> list[CaseOutcome]:
+        """Of each draw of leg and form the case that tells whether a large cause is found.
+
+        A large case is planted only where a smaller one of its draw was missed. The large cases by themselves would be
+        a choice of the causes that are hard to find: a cause found at a smaller size counts as found when large. It
+        does so from the draw's second case on, when one that was missed at first has been tried when large.
+        """
+        draws: dict[int, list[CaseOutcome]] = {}
+        for outcome in self.outcomes:
+            if outcome.counts:
+                draws.setdefault(outcome.task.draw, []).append(outcome)
+        found = []
+        for cases in draws.values():
+            smaller = [o for o in cases if o.right and o.task.rung < LARGE_RUNG] if len(cases) > 1 else []
+            telling = [o for o in cases if o.task.rung == LARGE_RUNG] or smaller
+            found += [max(telling, key=lambda o: o.task.rung)] if telling else []
+        return found
+
     def taken_for(self) -> dict[str, int]:
         """Its confusions where it was large and neither found nor tied, most frequent first."""
-        wrong = [o for o in self.outcomes if o.counts and not o.right and not o.tied and o.task.rung >= LARGE_RUNG]
+        wrong = [o for o in self.large if not o.right and not o.tied]
         return dict(Counter(o.taken_for for o in wrong).most_common())
 
     def tied_with(self) -> dict[str, int]:
@@ -61,7 +80,7 @@ class CauseSummary:
     def as_json(self) -> dict[str, Any]:
         """One entry of ``causes``."""
         counted = [o for o in self.outcomes if o.counts]
-        large = [o for o in counted if o.task.rung >= LARGE_RUNG]
+        large = self.large
         rung = self.rung
         gaps = [o.gap for o in counted if o.task.rung == rung]
         return {
@@ -110,12 +129,13 @@ class RehearsalResult:
     @property
     def sentence(self) -> str:
         """The answer."""
-        large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE_RUNG]
+        large = self._large
         nothing, others = self.of_kind("nothing"), self.of_kind("unlisted")
         text = ""
         if large:
             text = f"In these trials a cause {LARGE} is found in {_hits(sum(o.right for o in large), len(large))}"
-            text += _count_text(sum(o.with_absent for o in large), " (in {} together with an absent cause)")
+            text += _count_text(sum(o.task.rung < LARGE_RUNG for o in large), " ({} of them at a smaller gap already)")
+            text += _count_text(sum(o.with_absent for o in large), ", in {} together with an absent cause")
             text += _count_text(sum(o.tied for o in large), " and tied with others in {}") + "; "
         found = self._found_words("causes that were planted" if self._left > 0 else "causes that can act in this leg")
         text += found if text else found[:1].upper() + found[1:]
@@ -144,9 +164,14 @@ class RehearsalResult:
     @property
     def coverage(self) -> str:
         """What was not planted; empty if everything was."""
-        words = [] if any(o.task.rung >= LARGE_RUNG for o in self.of_kind("cause")) else [f"any cause {LARGE}"]
+        words = [] if self._large else [f"any cause {LARGE}"]
         words += [f"{self._left} further causes that may act in this leg"] if self._left > 0 else []
         return f"Not planted: {'; '.join(words)}." if words else ""
+
+    @property
+    def _large(self) -> list[CaseOutcome]:
+        """The first telling case of each cause: one that is found easily has more draws than one that is not."""
+        return [shown.large[0] for shown in self.shown if shown.large]
 
     @property
     def _left(self) -> int:
@@ -214,10 +239,10 @@ class RehearsalResult:
         return tallied | {"taken_for": dict(wrong.most_common())}
 
     def _confusion(self, names: Sequence[Key]) -> list[dict[str, Any]]:
-        """One row per cause: diagnoses of its large cases."""
+        """One row per cause: the diagnoses that tell whether it is found when large."""
         rows = []
         for shown in self.shown:
-            large = [o for o in shown.outcomes if o.counts and o.task.rung >= LARGE_RUNG]
+            large = shown.large
             diagnoses = Counter(o.diagnosis for o in large)
             rows.append(
                 {"effect": shown.key[0], "joint": shown.key[1], "cases": len(large), "diagnoses": dict(diagnoses)}

@@ -89,3 +89,12 @@ def test_it_shows_itself_as_tables_do() -> None:
     assert repr(angle) == f"{angle}" == "Estimate(105.003 deg, 90 %: 104.99 to 105.01)"
     assert repr(Estimate(0.5, "N*m/rad", 0.2, np.inf)) == "Estimate(0.5 N*m/rad, 90 %: 0.2 to inf)"
     assert repr(Estimate(0.012, "%")) == "Estimate(1.2 %)"
+
+
+def test_an_interval_without_width_has_words() -> None:
+    """Of a cause that takes all of the gap they ended in a domain error of the logarithm."""
+    assert Estimate(1.0, "1", 1.0, 1.0).words == "1 to 1"
+    assert Estimate(0.0, "deg", 0.0, 0.0).words == "0 to 0 deg"
+    assert Estimate(2.5, "N*m/rad", 1.25, np.inf).words == "anything"
+    assert Estimate(0.0, "N*m/rad", -1.25, np.inf).words == "-1.25 to inf N*m/rad"
+    assert repr(Estimate(1.0, "1", 0.9, 1.0)) == "Estimate(1, 90 %: 0.9 to 1)"

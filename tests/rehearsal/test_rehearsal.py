@@ -427,9 +427,7 @@ def test_the_opening_of_a_rehearsal_has_every_cause_that_was_found(rig: Rig, tmp
     (tmp_path / "rehearsal.json").write_text(json.dumps(content))
     opening = rehearsal_opening(read_result(tmp_path, "rehearsal.json", "rehearsal"))
     assert opening.verdict.startswith("4 of 5 causes that were planted were found at some size.")
-    assert opening.trust.startswith(
-        "Not planted: any cause with a gap of at least 10 times the unexplained remainder; "
-    )
+    assert opening.trust.startswith("Not planted: any cause with a gap of 10 times the unexplained remainder; ")
     assert opening.figures is not None
     names = [row[0].text for row in opening.figures.rows]
     assert names == ["latency", "armature", "quadratic damping", "spring hysteresis", "viscous damping"]
