@@ -73,6 +73,16 @@ def refine(
     return Stage(solution, weights)
 
 
+def error_ratios(recordings: Sequence[Recording], stage: Stage) -> Array:
+    """(n_trial, n) variance of the readings' errors over the one that the cost of ``stage`` assumes.
+
+    1 where it weighs by the noise; else the weights are not likelihoods. Errors that last from sample to sample count
+    as in the noise.
+    """
+    found, _ = _noise(recordings, stage.solution.predictions, "amplitude", encoder_counts(recordings))
+    return np.asarray((found / stage.weights.noise) ** 2)
+
+
 def _noise(
     recordings: Sequence[Recording], predictions: Sequence[Array], weight: str, counts: Array
 ) -> tuple[Array, tuple[Rounding | None, ...]]:

@@ -68,7 +68,9 @@ def result_of(
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     excess, chosen = {name: _excess(model, recordings, t) for name, t in treatments.items()}, solutions[mode]
-    spreads = {name: spread_of(model, recordings, t.stage) + excess[name] for name, t in treatments.items()}
+    spreads = {
+        name: spread_of(model, recordings, t.stage, options.weight) + excess[name] for name, t in treatments.items()
+    }
     refits, lost = _refits(model, recordings, fitted.stage, (spreads[mode], excess[mode]), options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
     spreads[mode], links[mode] = with_stated(fitted, (spreads[mode], covariance(model, chosen)), links[mode])
