@@ -195,17 +195,33 @@ def _parts(name: str) -> tuple[str, ...]:
     return tuple(parts) or (name,)
 
 
-_SIDES = (("left", "right"), ("l", "r"))
+_OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
+_WORDS = ("left|right", r"(?<![a-z])[lr](?![a-z])")  # of a name in small letters
+_ATTACHED = (r"(?<![a-z])[lr](?=[a-z])", r"(?<=[a-z])[lr](?![a-z])")
 
 
 def other_side(name: str, names: Sequence[str]) -> int | None:
-    """The index of the same point or column on the body's other side, by its name; None if there is none."""
-    for pair in _SIDES:
-        for here, there in (pair, pair[::-1]):
-            pattern = rf"(?<![a-z]){here}(?![a-z])" if len(here) == 1 else here
-            for match in re.finditer(pattern, name.casefold()):
-                swapped = name.casefold()[: match.start()] + there + name.casefold()[match.end() :]
-                found = [index for index, other in enumerate(names) if other.casefold() == swapped]
-                if len(found) == 1:
-                    return found[0]
+    """The index of the same point or column on the body's other side, by its name; None if there is none.
+
+    ``left hip``, ``hip_l``; and ``RHIP``, ``HipR``, where a second pair of the file is named so too.
+    """
+    found = _partner(name, names, _WORDS)
+    if found is not None:
+        return found
+    for attached in _ATTACHED:
+        found = _partner(name, names, (attached,))
+        if found is not None and sum(_partner(other, names, (attached,)) is not None for other in names) >= 4:
+            return found
+    return None
+
+
+def _partner(name: str, names: Sequence[str], patterns: Sequence[str]) -> int | None:
+    """The index of the one name that differs from ``name`` in the side that a pattern finds."""
+    folded = name.casefold()
+    for pattern in patterns:
+        for match in re.finditer(pattern, folded):
+            swapped = folded[: match.start()] + _OTHER[match[0]] + folded[match.end() :]
+            found = [index for index, other in enumerate(names) if other.casefold() == swapped]
+            if len(found) == 1:
+                return found[0]
     return None

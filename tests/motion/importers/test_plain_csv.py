@@ -284,6 +284,18 @@ def test_names_of_the_other_side() -> None:
     assert {k: other_side(names[k], names) for k in pairs} == pairs
 
 
+def test_a_side_is_a_letter_before_or_after_the_name() -> None:
+    """Vicon's RHIP and LHIP were no pair: a recording with exchanged limbs was cut at the exchange, without a word."""
+    for names in (
+        ("RHIP", "RKNE", "LHIP", "LKNE"),
+        ("HipR", "KneR", "HipL", "KneL"),
+        ("a:rHip", "a:rKn", "a:lHip", "a:lKn"),
+    ):
+        assert [other_side(name, names) for name in names] == [2, 3, 0, 1]
+    assert other_side("rat", ("rat", "lat", "hip")) is None  # one pair alone may be two words
+    assert other_side("left hip", ("left hip", "right hip", "hip")) == 1
+
+
 PLOTJUGGLER = ("stamp", "/joint_states/hip/position", "/joint_states/hip/velocity", "/setpoint/hip", "/base/Knee")
 OPENSIM = ("/jointset/hip/hip/value", "/jointset/hip/hip/speed", "/jointset/hip/hip_adduction/value")
 
