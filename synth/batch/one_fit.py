@@ -91,6 +91,7 @@ def fit_project(given: Ready) -> FitResult:
         tolerance=project.tolerance,
         release=project.release,
         laws=project.laws,
+        computed=given.wanted is not None,
     )
     result = fit_by(project.leg, given.fitted, options, project.fit)
     if given.held_out:

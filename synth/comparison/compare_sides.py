@@ -18,7 +18,7 @@ from synth.files.validate import near
 from synth.remarks import noted, remarks_json
 from synth.swing.leg_model import Leg
 from synth.swing.readings import stated_readings
-from synth.units import quantity
+from synth.units import quantity, significant
 
 FORMAT = "synth/compare/1"
 UNEQUAL = 1.0  # deg, distance of two starts that is worth a note: ten times a usual sensor's noise
@@ -187,7 +187,7 @@ def compare(
 
 def warnings(found: Comparison) -> list[str]:
     """Limits of the comparison."""
-    messages = [*_as_fitted(found), *_unread(found.sides), *_outside_the_family(found.sides)]
+    messages = [*_as_fitted(found), *_unread(found.sides), *_outside_the_family(found.sides), *_bare(found.sides)]
     for place, side in enumerate(found.sides):
         other = side.other_convention(found.leg)
         if other:
@@ -221,12 +221,14 @@ def warnings(found: Comparison) -> list[str]:
 
 def _as_fitted(found: Comparison) -> list[str]:
     """A note on sides that are overlaid as they were fitted to the recordings."""
-    starts = {overlay.start.name for overlay in found.overlays}
-    names = [side.name for side in found.sides if side.stretch == 1.0 and starts & set(side.followed)]
-    if not names:
+    sides = [side for side in found.sides if any(side.as_fitted_to(each.start) is not None for each in found.overlays)]
+    if not sides:
         return []
-    text = f"{', '.join(names)}: overlaid as fitted to the recordings at its time scale, with the fit's own start "
-    return [noted(f"{text}and free angle in each")]
+    scaled = " at its time scale" if any(side.pace != 1.0 for side in sides) else ""
+    text = (
+        f"{', '.join(side.name for side in sides)}: overlaid as fitted to the recordings{scaled}, with the fit's own "
+    )
+    return [noted(f"{text}start and free angle in each")]
 
 
 def _unread(sides: Sequence[Side]) -> list[str]:
@@ -240,6 +242,23 @@ def _unread(sides: Sequence[Side]) -> list[str]:
         return []
     told = "; ".join(f"{name}: {', '.join(errors)}" for name, errors in left.items())
     return [noted(f"true motions are compared, without the errors of encoders that leg files state ({told})")]
+
+
+def _bare(sides: Sequence[Side]) -> list[str]:
+    """A note on wanted legs whose links are not yet those of the design."""
+    bare = [side for side in sides if side.bare]
+    if not bare:
+        return []
+    names = bare[0].leg.joint_names
+    text = f"{', '.join(side.name for side in bare)}: links as in the target's file ({_masses(bare[0].leg)})"
+    heavier = [side for side in sides if side.kind == MODEL and not side.bare and side.leg.joint_names == names]
+    told = [f"{side.name} has {_masses(side.leg)}" for side in heavier if _masses(side.leg) != _masses(bare[0].leg)]
+    text += "".join(f"; {each}" for each in told)
+    return [f"{text}. synth leg adds the joints' parts to the links, which then need stronger springs and dampers"]
+
+
+def _masses(leg: Leg) -> str:
+    return ", ".join(f"{joint.name} {significant(1e3 * joint.link.mass, 3)} g" for joint in leg.joints)
 
 
 def _outside_the_family(sides: Sequence[Side]) -> list[str]:

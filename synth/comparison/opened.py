@@ -7,8 +7,17 @@ from dataclasses import replace
 from math import degrees
 from typing import Any
 
-from synth.comparison.recorded_sides import from_fit, from_gap, from_trials
-from synth.comparison.side import MODEL, RECORDED, ComparedJoint, ComparedMotion, Side, StatedFigure, joints_of
+from synth.comparison.recorded_sides import followed_by_fit, from_fit, from_gap, from_trials
+from synth.comparison.side import (
+    MODEL,
+    RECORDED,
+    ComparedJoint,
+    ComparedMotion,
+    FollowedMotion,
+    Side,
+    StatedFigure,
+    joints_of,
+)
 from synth.comparison.side_source import Source
 from synth.errors import Problem, UserError
 from synth.files.gap_project import read_gap_project
@@ -90,8 +99,12 @@ def _fit(source: Source, resolve_part: PartResolver) -> list[Side]:
     leg = read_leg(folder / "fitted.leg.yaml", resolve_part=resolve_part)
     stated = tuple(StatedFigure(f"{name}: residual RMS", value) for name, value in fit["rms"].items())
     motions = from_fit(folder, leg, fit, "responses/source", "measured")
-    return _asked(source, recorded=lambda view: _recorded(source, view, leg, motions),
-                  fitted=lambda view: _model(source, view, leg, fit["joints"], stated))  # fmt: skip
+
+    def fitted(view: str) -> Side:
+        followed = followed_by_fit(folder, leg, fit, motions)
+        return replace(_model(source, view, leg, fit["joints"], stated), followed=followed)
+
+    return _asked(source, recorded=lambda view: _recorded(source, view, leg, motions), fitted=fitted)
 
 
 def _gap(source: Source, resolve_part: PartResolver) -> list[Side]:
@@ -177,7 +190,10 @@ def _fit_project(source: Source, resolve_part: PartResolver) -> list[Side]:
             StatedFigure(f"{name}: residual RMS", {"value": degrees(value), "unit": "deg"})
             for name, value in result.rms.items()
         )
-        return _model(source, view, result.leg, known, stated)
+        own = {trial.name: result.leg.to_rotation(trial.fitted) for trial in result.trials}
+        followed = (FollowedMotion(motion, own[motion.name]) for motion in motions if motion.name in own)
+        side = _model(source, view, result.leg, known, stated)
+        return replace(side, followed=tuple(followed) if result.free_angle == "per_trial" else ())
 
     leg = project.project.leg
     return _asked(source, fitted=fitted,

@@ -92,8 +92,8 @@ def _moved(side: Side, start: ComparedMotion, *, read: bool) -> tuple[OverlaidMo
     why = not_driven_alike(side, start)
     if why:
         return None, why
-    followed = side.followed.get(start.name)
-    if followed is not None and followed.shape == start.rotation.shape and side.stretch == 1.0:
+    followed = side.as_fitted_to(start)
+    if followed is not None:
         return OverlaidMotion(followed), ""
     slower = side.pace / side.stretch
     try:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.comparison.side import ComparedMotion
+from synth.comparison.side import ComparedMotion, FollowedMotion
 from synth.errors import Problem, UserError
 from synth.files.csv_table import CsvTable, read_table
 from synth.files.output import stems
@@ -85,6 +85,19 @@ def from_fit(folder: Path, leg: Leg, fit: Mapping[str, Any], responses: str, col
                 cut=bool(trial.get("start_cut")),
             )
         )
+    return tuple(found)
+
+
+def followed_by_fit(
+    folder: Path, leg: Leg, fit: Mapping[str, Any], motions: Sequence[ComparedMotion]
+) -> tuple[FollowedMotion, ...]:
+    """The leg's own motions of a fit whose trials have their own free angles; of a common one none are needed."""
+    if fit["free_angle"]["mode"] != "per_trial":
+        return ()
+    found = []
+    for stem, motion in zip(stems([str(trial["file"]) for trial in fit["trials"]]), motions, strict=True):
+        table = read_table(folder / "responses/source" / f"{stem}.csv")
+        found.append(FollowedMotion(motion, leg.to_rotation(column_of(table, leg, "fitted"))))
     return tuple(found)
 
 

@@ -84,6 +84,20 @@ class ComparedMotion:
 
 
 @dataclass(frozen=True)
+class FollowedMotion:
+    """A ``recording`` and the ``rotation`` (m, n) rad of the leg that was fitted to it, at its samples."""
+
+    recording: ComparedMotion
+    rotation: Array
+
+    def is_of(self, start: ComparedMotion) -> bool:
+        """Whether ``start`` is this recording: files of other folders may have its name."""
+        own = self.recording
+        same = own.name == start.name and own.rotation.shape == start.rotation.shape == self.rotation.shape
+        return same and bool(np.array_equal(own.rotation, start.rotation, equal_nan=True))
+
+
+@dataclass(frozen=True)
 class StatedFigure:
     """A number stated by a result, with its meaning."""
 
@@ -107,11 +121,13 @@ class Side:
         how many times slower this leg moves than the starts. It is simulated so much longer from rates so much lower,
         and overlaid in the starts' time; its characteristics are those in its own time.
     followed
-        recording -> (m, n) rad, this leg's motion as it was fitted to the recording slowed by ``pace``, at its samples:
-        from the start and with the free angles that this leg has in it, which another leg's fit does not give.
+        this leg's motions as they were fitted to recordings slowed by ``pace``: from the start and with the free angles
+        that this leg has in each, which another leg's fit does not give.
     reads
         the leg's encoders err as its file states, where recordings are compared. Not of a fit's leg: a fit takes
         readings as exact, and its numbers follow them.
+    bare
+        the links are those of a design's target file, without the parts of the joints that the design draws on them.
     """
 
     name: str
@@ -123,8 +139,15 @@ class Side:
     stated: tuple[StatedFigure, ...] = ()
     stretch: float = 1.0
     pace: float = 1.0
-    followed: Mapping[str, Array] = field(default_factory=dict)
+    followed: tuple[FollowedMotion, ...] = ()
     reads: bool = False
+    bare: bool = False
+
+    def as_fitted_to(self, start: ComparedMotion) -> Array | None:
+        """(m, n) rad, the leg's motion as it was fitted to this very recording; None if it was not."""
+        if self.stretch != 1.0:
+            return None
+        return next((each.rotation for each in self.followed if each.is_of(start)), None)
 
     def other_convention(self, leg: Leg) -> list[str]:
         """Joints whose angles this side's leg counts from another zero, or in the other sense, than ``leg``."""

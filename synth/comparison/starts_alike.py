@@ -20,9 +20,12 @@ NEAR = np.radians(10.0)  # at any joint: half of a common amplitude; a recording
 NEAR_SHARE = 0.5  # of the larger motion's amplitude at its widest joint, where this is less than NEAR
 RELATIVE, ABSOLUTE = 1e-6, 1e-9  # of conditions and inputs, SI: results state them with ten digits
 OF_PACE = 2.0  # paces, the time in which a sinusoid turns by one radian: see ``synth.pace``
-# Of the polynomial at the start, over such a time: its rate is 10 % of the largest off, alike in recordings alike, and
-# an angle's noise s shows as 14 s / sqrt(samples) of swing.
+# Of the polynomial at the start, over at most such a time: an angle's noise s shows as 14 s / sqrt(samples) of swing.
 DEGREE, LEAST_SAMPLES = 2, 5
+NARROWER = 0.7  # of the time, from one try to the next
+# What the polynomial may leave, in noises and of the joint's amplitude. A stiff or overdamped joint moves at first far
+# faster than over the whole recording: a polynomial over too long a time gave 2700 deg/s to a release from rest.
+LEFT_NOISES, LEFT_SHARE = 1.5, 0.001
 CERTAIN = 2.0  # standard deviations: a smaller difference of rates may be the sensors' noise
 
 
@@ -81,9 +84,10 @@ class RecordedStart:
             radian[np.isnan(radian)] = np.nanmin(radian)
         for place, j in enumerate(seen):
             noise = white_noise(even[:, place], ORDER)
-            found = _first_rate(motion.time[counts[:, j]] - motion.time[0], motion.rotation[counts[:, j], j], radian[j])
+            since, angle = motion.time[counts[:, j]] - motion.time[0], motion.rotation[counts[:, j], j]
+            found = _first_rate(since, angle, radian[j], noise)
             if found is not None:
-                rate[j], deviation[j] = found[0], noise * found[1]
+                rate[j], deviation[j] = found
         return cls(motion, rate, deviation, radian, 0.5 * float(np.ptp(even, axis=0).max()))
 
     def away(self, like: RecordedStart) -> Away:
@@ -102,17 +106,29 @@ class RecordedStart:
         return min(float(NEAR), NEAR_SHARE * widest) if widest else float(NEAR)
 
 
-def _first_rate(since: Array, angle: Array, width: float) -> tuple[float, float] | None:
-    """Rate at time 0, rad/s, and its deviation for noise of 1 rad a sample; None if no sample is near.
+def _first_rate(since: Array, angle: Array, width: float, noise: float) -> tuple[float, float] | None:
+    """Rate at time 0 and its deviation, rad/s; None if no sample is near.
 
-    ``since`` (m,) s of the samples, ``angle`` (m,) rad; ``width`` s.
+    By a polynomial over ``width`` s at most, less where it does not follow the samples or the next higher one has
+    another rate; the deviation is that of the higher one, infinite if it is so over the fewest samples too. ``since``
+    (m,) s of the samples, ``angle`` (m,) rad with ``noise`` rad.
     """
-    count = max(int(np.searchsorted(since, width, side="right")), LEAST_SAMPLES)
     if not np.isfinite(width) or since[0] > width:
         return None
-    scale = float(since[:count][-1])
-    weights = np.linalg.pinv(np.vander(since[:count] / scale, DEGREE + 1, increasing=True))[1] / scale
-    return float(weights @ angle[:count]), float(np.linalg.norm(weights))
+    allowed = max(LEFT_NOISES * noise, LEFT_SHARE * 0.5 * float(np.ptp(angle)))
+    count = max(int(np.searchsorted(since, width, side="right")), LEAST_SAMPLES)
+    while True:
+        some, scale = angle[:count], float(since[:count][-1])
+        powers = np.vander(since[:count] / scale, DEGREE + 2, increasing=True)
+        solved, higher = np.linalg.pinv(powers[:, :-1]), np.linalg.pinv(powers)
+        left = float(np.sqrt(np.sum((some - powers[:, :-1] @ (solved @ some)) ** 2) / max(len(some) - DEGREE - 1, 1)))
+        rate, off = float(solved[1] @ some) / scale, abs(float((higher[1] - solved[1]) @ some)) / scale
+        deviation = max(noise, left) * float(np.linalg.norm(higher[1])) / scale
+        if left <= allowed and off <= CERTAIN * deviation:
+            return rate, deviation
+        if count <= LEAST_SAMPLES:
+            return rate, np.inf
+        count = max(int(NARROWER * count), LEAST_SAMPLES)
 
 
 def recorded_starts(side: Side) -> list[RecordedStart]:

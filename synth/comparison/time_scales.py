@@ -9,7 +9,7 @@ from math import degrees
 import numpy as np
 
 from synth.arrays import Array
-from synth.comparison.side import MODEL, RECORDED, ComparedMotion, Side, StatedFigure, joints_of
+from synth.comparison.side import MODEL, RECORDED, ComparedMotion, FollowedMotion, Side, StatedFigure, joints_of
 from synth.comparison.side_source import Source
 from synth.design.stages import SourceMotion, fit_options, read_motion
 from synth.design.target_effects import target_of
@@ -50,7 +50,7 @@ def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
         sides.append(_slowed(source, fitted, motion, scale))
     if "wanted" in source.views:
         wanted = {scale: _wanted(source, fitted, scale) for scale, fitted in fits.items()}
-        sides += [_of_family(wanted[s], source, fits[s], s) if scales else wanted[s] for s in fits]
+        sides += [_of_family(wanted[s], source, (found, fits[s]), motion, s) if scales else wanted[s] for s in fits]
     return sides
 
 
@@ -61,23 +61,36 @@ def _wanted(source: Source, fitted: FitResult, scale: float) -> Side:
                      {"value": degrees(value), "unit": "deg"}) for name, value in fitted.rms.items()
     )  # fmt: skip
     leg = fitted.leg
-    return Side(source.named("wanted"), source.written, MODEL, leg, joints_of(leg, known), stated=stated)
+    return Side(source.named("wanted"), source.written, MODEL, leg, joints_of(leg, known), stated=stated, bare=True)
 
 
-def _of_family(side: Side, source: Source, fitted: FitResult, scale: float) -> Side:
-    """A wanted leg as one of several, which follows the recordings slowed by its own scale."""
-    followed = {trial.name: fitted.leg.to_rotation(trial.fitted) for trial in fitted.trials}
+def _of_family(
+    side: Side, source: Source, fits: tuple[FitResult, FitResult], motion: SourceMotion, scale: float
+) -> Side:
+    """A wanted leg as one of several, which follows the recordings slowed by its own scale.
+
+    ``fits`` : to the recordings as they are, and slowed.
+    """
+    first, slowed = fits
+    followed = tuple(
+        FollowedMotion(recording, slowed.leg.to_rotation(trial.fitted))
+        for recording, trial in zip(_as_recorded(first, motion), slowed.trials, strict=False)
+    )
     return replace(side, name=f"{source.label} x{scale:g}", pace=scale, followed=followed)
 
 
 def _recorded(source: Source, fitted: FitResult, motion: SourceMotion, leg: Leg) -> Side:
     """The recordings as recorded, in their own time; ``fitted`` to them, for the starts."""
-    none = np.zeros(len(leg.joints))
-    motions = [
+    return Side(source.named("animal"), source.written, RECORDED, leg, {}, _as_recorded(fitted, motion))
+
+
+def _as_recorded(fitted: FitResult, motion: SourceMotion) -> tuple[ComparedMotion, ...]:
+    """The recordings of a fit, in their own time, from its initial states."""
+    none = np.zeros(len(fitted.leg.joints))
+    return tuple(
         _motion(trial.rotation, trial.rate, recording, none, cut=motion.begun_late)
         for trial, recording in zip(fitted.trials, motion.fitted, strict=False)
-    ]
-    return Side(source.named("animal"), source.written, RECORDED, leg, {}, tuple(motions))
+    )
 
 
 def _slowed(source: Source, fitted: FitResult, motion: SourceMotion, scale: float) -> Side:

@@ -127,7 +127,12 @@ def known_beforehand(project: LegProject, stage: Stage) -> KnownResults:
     options = fit_options(project)
     motion = read_motion(project)
     with stage("fitting the animal's leg"):
-        source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
+        source = fit_by(
+            project.source,
+            motion.fitted,
+            replace(options, release=project.release, computed=bool(project.wanted_shown)),
+            project.fit,
+        )
         # Of whole recordings: which samples the fit left out at the start, it says itself.
         warnings = (*motion.notes, *doubts(project.source, motion.fitted, source))
         motion = motion.cut(source.cut)

@@ -26,7 +26,8 @@ class LegFitOptions:
     ``free``: a driven beginning is detected and cut (``free_motion_start``); ``recorded``: all samples are free motion.
     ``laws``: ``auto``: dry friction, quadratic damping or a cubic spring torque is added where it explains what springs
     and linear dampers do not (``another_law``); ``linear``: never. ``wanted``: the recordings are another leg's motion
-    that this leg is to follow, so that what is left of them says nothing about the recordings.
+    that this leg is to follow, so that what is left of them says nothing about the recordings. ``computed``: they are
+    the motion of a leg with stated figures (``wanted_motion``): no sensor read them, and no trial can be added.
     """
 
     free_angle: str = "auto"
@@ -41,3 +42,4 @@ class LegFitOptions:
     release: str = "recorded"
     laws: str = "linear"
     wanted: bool = False
+    computed: bool = False

@@ -74,7 +74,7 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, ch
     """
     if options.near is not None:
         return fit_leg(leg, recordings, options)
-    if recordings and not options.wanted and recordings[0].behind is None:
+    if recordings and not (options.wanted or options.computed) and recordings[0].behind is None:
         seen = seen_filter(leg, recordings, options)
         if seen is not None:
             return _behind_filter(leg, recordings, options, choice, seen)

@@ -85,7 +85,10 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
-    ridges, scale = (*fitted.softened, *(e.sentence for e in alike)), _mass_scale(unknowns, recordings, fitted.stated)
+    ridges, scale = (
+        (*fitted.softened, *(e.sentence for e in alike)),
+        () if options.computed else _mass_scale(unknowns, recordings, fitted.stated),
+    )
     total, told = with_links_and_law(nones[mode].links, fitted.error, alone), _by_unknown(unknowns, joints[mode])
     known = Known(alone, total, chosen.values, offsets[mode], told, widths, fitted.least)
     return FitResult(

@@ -22,7 +22,8 @@ from synth.comparison.shown_characteristics import alone
 from synth.comparison.side import MODEL, Side, joints_of
 from synth.comparison.side_source import read_source
 from synth.errors import UserError
-from synth.files.leg_file import read_leg
+from synth.files.leg_file import read_leg, write_leg
+from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
@@ -251,7 +252,33 @@ def test_time_scales_of_a_project_are_a_family(tmp_path: Path, capsys: pytest.Ca
     assert "time scales" in page
     assert "time / time scale [s]" in page
     assert "The legs of the time scales are drawn as fitted to that recording" in page
-    assert "its time / 2" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "its time / 2" in said.out
+    assert "links as in the target's file (hip 222 g" in " ".join(document["warnings"])
+
+
+def test_a_fit_with_a_free_angle_a_trial_follows_its_own_recordings(tmp_path: Path) -> None:
+    """One common free angle was 2.5 deg off recordings that the fit follows to its noise."""
+    leg, times = Leg("one", pendulum().joints[:1]), np.arange(0.0, 2.0, 0.01)
+    (tmp_path / "trials").mkdir()
+    for k, shift in enumerate(np.radians([-4.0, 1.0, 3.0])):
+        spring = leg.joints[0].spring
+        assert spring is not None
+        own = Leg("one", (replace(leg.joints[0], spring=replace(spring, free_angle=spring.free_angle + shift)),))
+        angle = simulate(own, np.array([0.5 - 0.4 * k]), np.zeros(1), times)
+        angle = np.degrees(leg.to_measured(angle)) + np.random.default_rng(k).normal(0.0, 0.02, angle.shape)
+        rows = [f"{t:.4f},{value:.4f}" for t, value in zip(times, angle[:, 0], strict=True)]
+        (tmp_path / "trials" / f"{k}.csv").write_text("\n".join([f"time [s],{leg.joint_names[0]} [deg]", *rows]))
+    write_leg(leg, tmp_path / "one.leg.yaml")
+    (tmp_path / "fit.yaml").write_text("kind: fit\nleg: one.leg.yaml\ntrials: [trials/*.csv]\nfree_angle: per_trial\n")
+    assert main(["fit", str(tmp_path / "fit.yaml"), "--out", str(tmp_path / "fit"), "-q"]) == 0
+    for source in (tmp_path / "fit", tmp_path / "fit.yaml"):
+        out = tmp_path / f"out {source.suffix}"
+        assert main(["compare", f"a={source}", "--out", str(out), "-q"]) == 0
+        document = json.loads((out / "compare.json").read_text())
+        (off,) = [side["off_reference"]["overall"]["value"] for side in document["sides"] if "off_reference" in side]
+        assert off < 0.04
+        assert any("the fit's own start and free angle in each" in text for text in document["warnings"])
 
 
 def test_an_animal_that_is_shown_slowed_says_by_how_much(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

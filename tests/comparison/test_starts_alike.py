@@ -14,7 +14,7 @@ from synth.comparison.side import MODEL, RECORDED, ComparedMotion, Side, joints_
 from synth.reports.openings.comparison_opening import comparison_opening
 from synth.reports.reading import Result
 from synth.swing.chain import simulate
-from synth.swing.leg_model import Damper, Joint, Leg, Link
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 TIMES = np.arange(0.0, 4.0, 0.005)
 LEG = Leg("pendulum", (Joint("knee", Link(0.3, 1.0, 0.2, 0.01), damper=Damper(0.005)),))
@@ -73,6 +73,39 @@ def test_noise_alone_makes_no_other_speed(noise: float) -> None:
     """At 200 Hz 0.5 deg of noise is 140 deg/s from sample to sample."""
     found = compare([side("A", motion("a", 10.0, 1.0, noise)), side("B", motion("b", 10.0, 1.0, noise))])
     assert found.differences[0].starts == 1
+
+
+def test_releases_of_unlike_legs_from_one_pose_start_alike() -> None:
+    """A parabola over the swing of a stiff, overdamped joint gave 2700 deg/s to a release from rest."""
+    links = [
+        ("hip", Link(0.2, 0.22, 0.11, 2e-3)),
+        ("knee", Link(0.2, 0.2, 0.1, 1.5e-3)),
+        ("foot", Link(0.15, 0.08, 0.06, 3e-4)),
+    ]
+    rates, dampers, start = (23.7, 6.0, 2.5), (0.55, 0.12, 0.03), np.radians([-15.0, 40.0, 30.0])
+    sides = []
+    for name, stiffer, slower in (("A", 1.0, 1.0), ("B", 1.0, 4.0), ("C", 2.5, 1.0)):
+        leg = Leg(name, tuple(
+            Joint(joint, link, spring=Spring(stiffer * k, 0.0), damper=Damper(slower * b))
+            for (joint, link), k, b in zip(links, rates, dampers, strict=True)
+        ))  # fmt: skip
+        moved = simulate(leg, start, np.zeros(3), TIMES[:400])
+        moved = moved + np.random.default_rng(3).normal(0.0, radians(0.05), moved.shape)
+        sides.append(
+            Side(
+                name,
+                name,
+                RECORDED,
+                leg,
+                {},
+                (ComparedMotion(f"{name}.csv", TIMES[:400], moved, moved[0].copy(), np.zeros(3)),),
+            )
+        )
+    found = compare(sides)
+    assert [difference.starts for difference in found.differences] == [1, 1, 1]
+    aways = [motion.away for motion in found.overlays[0].motions if motion is not None and motion.away is not None]
+    assert max((away.distance for away in aways), default=0.0) < radians(1.0)
+    assert not [text for text in warnings(found) if "common start" in text]
 
 
 def test_a_recording_at_half_the_pace_starts_alike_when_slowed_down() -> None:

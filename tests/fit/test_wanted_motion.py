@@ -86,6 +86,22 @@ def test_the_leg_fitted_to_characteristics_has_them(tmp_path: Path) -> None:
     assert document["trials"][0]["file"] == "wanted characteristics"
 
 
+def test_a_computed_motion_has_no_sensor(tmp_path: Path) -> None:
+    """Every one-joint answer said that its readings look filtered, and asked for a trial with a tip mass."""
+    (tmp_path / "one.leg.yaml").write_text(
+        "kind: leg\nname: one\njoints:\n  - name: knee\n    zero: 180 deg\n    sign: +1\n"
+        "    link: {length: 220 mm, mass: 207 g, com: 75 mm, inertia: 10.9 kg*cm^2}\n"
+    )
+    (tmp_path / "one.yaml").write_text(
+        "kind: fit\nleg: one.leg.yaml\nwanted:\n"
+        "  knee: {rest: 110 deg, amplitude: 20 deg, damping_ratio: 0.2, damped_frequency: 3 Hz}\n"
+    )
+    assert main(["fit", str(tmp_path / "one.yaml"), "--out", str(tmp_path / "out"), "-q"]) == 0
+    document = json.loads((tmp_path / "out" / "fit.json").read_text())
+    assert document["warnings"] == []
+    assert not [text for text in document["not_separable"] if "mass scale" in text]
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
