@@ -36,9 +36,21 @@ class _Pool:
     def close(self, *, finished: bool) -> None:
         if not finished:
             self._lifeline.close()
+            self._let_go_of_results()
         self.processes.shutdown(wait=True, cancel_futures=True)
         if finished:
             self._lifeline.close()
+
+    def _let_go_of_results(self) -> None:
+        """Close this process's writing end of the results, which the executor leaves open.
+
+        A process that ends half-way through sending one leaves its reader waiting for the rest: only with the last
+        writing end closed does it see that nothing more comes.
+        """
+        results = getattr(self.processes, "_result_queue", None)
+        writer = getattr(results, "_writer", None)
+        if writer is not None:
+            writer.close()
 
 
 def _begin(watched: Connection, folder: str) -> None:

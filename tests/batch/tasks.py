@@ -52,3 +52,8 @@ def diagnose_for_long(note: str) -> None:
         one_case.PACKAGE = folder
         os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)
         one_case.diagnose_apart(folder / "gap.yaml", folder / "out", [])
+
+
+def large(megabytes: int) -> bytes:
+    """A result that takes many reads of a pipe."""
+    return b"x" * (megabytes * 1_000_000)

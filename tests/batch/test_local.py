@@ -45,6 +45,23 @@ def test_an_unlimited_list_of_tasks_is_read_on_demand() -> None:
     running.close()
 
 
+INTERRUPTED = """\
+from batch.tasks import large
+from synth.batch.local import run_here
+if __name__ == "__main__":
+    running = run_here(large, ((str(k), 3) for k in range(20)), 2)
+    next(running)
+    running.close()
+"""
+
+
+def test_a_run_that_stops_while_results_are_sent_ends(tmp_path: Path) -> None:
+    """Its reader waited for ever for the rest of a result whose process had left; four of four times."""
+    script = tmp_path / "interrupted.py"
+    script.write_text(INTERRUPTED)
+    subprocess.run([sys.executable, str(script)], check=True, timeout=60.0)
+
+
 def test_a_process_among_many_has_one_thread_unless_the_user_says_otherwise() -> None:
     before = dict(os.environ)
     with children_of_one_thread():
