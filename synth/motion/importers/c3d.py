@@ -45,17 +45,22 @@ def is_c3d(start: bytes, path: Path) -> bool:
     return len(start) > 512 and start[1:2] == b"\x50" and 2 <= start[0] <= 10  # bytes of a block, the smallest file
 
 
+def _high_byte_first(path: Path) -> bool:
+    """Whether its bytes are in the order of SGI machines; the parameters' fourth byte tells (same guide)."""
+    with path.open("rb") as file:
+        file.seek(512 * max(file.read(1)[0] - 1, 0))
+        return file.read(4)[3:] == MIPS
+
+
 def _stated_frames(path: Path) -> int:
     """Frames by the file's own header, of which ``ezc3d`` reads those that are there.
 
-    Words 4 and 5 of the header are the first and last frame, at most 65535, which longer files hold; the parameters'
-    fourth byte tells the order of bytes (C3D file format, user guide).
+    Words 4 and 5 of the header are the first and last frame, at most 65535, which longer files hold (C3D file format,
+    user guide).
     """
     with path.open("rb") as file:
         head = file.read(512)
-        file.seek(512 * max(head[0] - 1, 0))
-        parameters = file.read(4)
-    order = ">u2" if parameters[3:] == MIPS else "<u2"
+    order = ">u2" if _high_byte_first(path) else "<u2"
     first, last = (int(word) for word in np.frombuffer(head[6:10], order))
     return last - first + 1
 
@@ -70,7 +75,13 @@ def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
     """
     if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software", first=2)[1:2] == b"\x50":
         raise UserError(Problem("is not a C3D file: its second byte is not the mark 50h", name))
-    content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
+    try:
+        content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
+    except UserError:
+        if _high_byte_first(path):
+            text = "is C3D in the byte order of SGI machines (processor 86), which ezc3d does not read; "
+            raise UserError(Problem(f"{text}export it for Intel", name)) from None
+        raise
     stated = _stated_frames(path)
     if content["points"].shape[2] < stated:
         raise UserError(cut_off(stated, content["points"].shape[2], "frames", name))

@@ -72,6 +72,16 @@ def test_a_file_cut_off_by_a_copy_is_refused(tmp_path: Path) -> None:
         imported(path)
 
 
+def test_the_byte_order_of_sgi_machines_is_named(tmp_path: Path) -> None:
+    """A valid file was "damaged; please open an issue"."""
+    path = written(tmp_path / "a.c3d", in_space(angles()[1]))
+    whole = bytearray(path.read_bytes())
+    whole[512 * (whole[0] - 1) + 3] = 86
+    path.write_bytes(whole)
+    with pytest.raises(UserError, match=r"byte order of SGI machines .processor 86., .* export it for Intel"):
+        imported(path)
+
+
 def test_unseen_points_written_as_zeros_do_not_turn_the_fitted_plane(tmp_path: Path) -> None:
     space = in_space(angles()[1])
     fit = Mapping(points=MAPPING.points, plane=("fit", "z"))
