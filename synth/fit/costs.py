@@ -28,7 +28,7 @@ from synth.motion.characteristics import Characteristics, characteristics
 from synth.motion.rest import last_tenth
 
 TRANSIENT = 0.2  # s, in the recordings' unit of time: the first swing, as in the thesis
-LATER_STRIDE = 10  # after that one sample of so many counts
+LATER_STRIDE = 10  # after that one sample of so many of each joint counts
 DIVERGED = 1e12  # larger than the cost of any finite motion
 
 
@@ -36,8 +36,10 @@ def emphasise_transient(recordings: Sequence[Recording]) -> list[Recording]:
     """The recordings for the cost ``transient``: after the first 0.2 s only every tenth sample counts."""
     found = []
     for recording in recordings:
-        counted = (recording.time <= TRANSIENT * recording.unit) | (np.arange(len(recording.time)) % LATER_STRIDE == 0)
-        found.append(replace(recording, counts=recording.counts & counted[:, None]))
+        own = recording.moments
+        every = own & ((np.cumsum(own, axis=0) - 1) % LATER_STRIDE == 0)
+        counted = recording.counts & (every | (recording.time <= TRANSIENT * recording.unit)[:, None])
+        found.append(replace(recording, counts=counted, left_out=recording.known & ~counted))
     return found
 
 

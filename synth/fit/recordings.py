@@ -20,7 +20,7 @@ from synth.motion.smoothing import Smoothed, lost_samples, smooth
 from synth.motion.thinning import thin_recording
 from synth.motion.time_step import stepped_unit
 from synth.remarks import decisive, noted
-from synth.sampling import every_nth, own_moments, usual_step
+from synth.sampling import channel_step, every_nth, own_moments, usual_step
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import average_torques
 from synth.swing.leg_model import Leg
@@ -44,7 +44,8 @@ class Recording:
     the integrator, one for all recordings (``motion.time_step``); ``unwrapped`` : message on whole turns that were
     removed, else empty; ``unusual`` : names of joints and rad that their angles cover, as of a trial; ``by_current`` :
     joints whose known torque is a recorded current times their motor's constant; ``behind`` : the filter that the
-    readings of all recordings look to have passed, None if they show none or it was not looked for.
+    readings of all recordings look to have passed, None if they show none or it was not looked for; ``left_out`` (m, n)
+    True for good samples that do not count because the cost leaves them out, None: no such.
     """
 
     name: str
@@ -65,11 +66,23 @@ class Recording:
     spread: GroupSpread | None = None  # of the samples about the angles; None: each angle is a sample
     by_current: tuple[int, ...] = ()
     behind: SeenFilter | None = None
+    left_out: Mask | None = None
+
+    @cached_property
+    def known(self) -> Mask:
+        """(m, n) True for good samples, those that the cost leaves out too."""
+        return self.counts if self.left_out is None else self.counts | self.left_out
 
     @cached_property
     def step(self) -> float:
         """Usual time between the samples of the joint that is sampled fastest, s."""
-        return usual_step(self.time, self.counts[:, self.free])
+        return usual_step(self.time, self.known[:, self.free])
+
+    @cached_property
+    def steps(self) -> tuple[float, ...]:
+        """Usual time between the samples of each joint, s; ``step`` of one without any."""
+        own = [channel_step(self.time, column) for column in self.known.T]
+        return tuple(each if each > 0.0 else self.step for each in own)
 
     @property
     def driven(self) -> bool:
@@ -141,7 +154,7 @@ class Recording:
     @cached_property
     def moments(self) -> Mask:
         """(m, n) True at the samples of each joint, counted or lost; False where only others are sampled."""
-        return own_moments(self.time, self.counts | self._held)
+        return own_moments(self.time, self.known | self._held)
 
     def channel(self, j: int) -> tuple[Array, Array, Mask]:
         """Times (k,) s of a joint's own moments, its rotations (k,) rad, and whether each counts (k,)."""
@@ -150,9 +163,9 @@ class Recording:
 
     def later(self, first: int) -> Recording:
         """The same motion from sample ``first``, its time from 0."""
-        start, counts = self.time[first], self.counts[first:]
+        start = self.time[first]
         time, rotation = self.time[first:] - start, self.rotation[first:]
-        smoothed = smooth(time, rotation, ~(counts | self._held))
+        smoothed = smooth(time, rotation, ~(self.known[first:] | self._held))
         for j in self.conditions.locked:
             smoothed.rate[:, j] = 0.0
         known = self.known_torque
@@ -163,7 +176,8 @@ class Recording:
             self,
             time=time,
             rotation=rotation,
-            counts=counts,
+            counts=self.counts[first:],
+            left_out=None if self.left_out is None else self.left_out[first:],
             smoothed=smoothed,
             known_torque=known,
             signals=drive_signals,
@@ -185,6 +199,7 @@ class Recording:
             time=self.time[inside] - begin,
             rotation=self.rotation[inside],
             counts=self.counts[inside],
+            left_out=None if self.left_out is None else self.left_out[inside],
             smoothed=smoothed,
             known_torque=None if known is None else (known[0] - begin, known[1]),
             signals=None if self.signals is None else self.signals.later(begin),
@@ -209,10 +224,14 @@ class Recording:
 
     def thinned(self, samples: int) -> Recording:
         """The same motion with about ``samples`` of each joint's samples, evenly spaced."""
-        kept = every_nth(self.moments, samples)
+        kept, left_out = every_nth(self.moments, samples), self.left_out
+        if left_out is not None:  # where few samples count, every n-th moment may have none of them
+            kept |= every_nth(self.counts, samples)
         some = np.asarray(kept.any(axis=1))
         counts, spread = (self.counts & kept)[some], self.spread and self.spread.rows(some)
-        return replace(self, time=self.time[some], rotation=self.rotation[some], counts=counts, spread=spread)
+        left_out = None if left_out is None else (left_out & kept)[some]
+        rotation = self.rotation[some]
+        return replace(self, time=self.time[some], rotation=rotation, counts=counts, left_out=left_out, spread=spread)
 
 
 def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None = None) -> list[Recording]:

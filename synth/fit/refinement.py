@@ -13,7 +13,7 @@ from synth.fit.recordings import Recording, relative_amplitudes
 from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.starts import drawn_starts, first_locals, quick_costs
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import clipped_rms, correlation_of, residuals
+from synth.fit.uncertainty import all_residuals, clipped_rms, correlation_of, residuals
 from synth.threads import shared_out
 
 NOISE_ROUNDS = 5  # most rounds of noise and fit; ``SAME_NOISE`` ends them earlier
@@ -96,7 +96,7 @@ def _noise(
     rounding: list[Rounding | None] = [None] * len(counts)
     if weight == "noise":
         rounding = [rounding_of(np.concatenate([each[:, j] for each in off]), w) for j, w in enumerate(counts)]
-    whitened = [each.copy() for each in off]
+    whitened = [all_residuals(r, p) for r, p in zip(recordings, predictions, strict=True)]
     for j, item in enumerate(rounding):
         if item is not None:
             for each in whitened:

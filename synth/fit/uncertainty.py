@@ -135,18 +135,37 @@ def _inside_groups(recording: Recording) -> Array:
     return np.asarray(squares.sum(axis=0) / np.maximum(samples.sum(axis=0), 1.0))
 
 
+def all_residuals(recording: Recording, prediction: Array) -> Array:
+    """(m, n) rad, of the samples that the cost leaves out too; nan where there is no good one."""
+    return np.where(recording.known, prediction - recording.rotation, np.nan)
+
+
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
     """(n_trial, n) factor >= 1 by which correlation reduces the information of each trial's samples.
 
-    Alike for all trials of one sample step, see ``correlation_factors_by_step``.
+    Alike for a joint's samples of one step in all trials, see ``correlation_factors_by_step``.
     """
-    return correlation_of(recordings, [residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
+    return correlation_of(recordings, [all_residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
 
 
 def correlation_of(recordings: Sequence[Recording], left: Sequence[Array]) -> Array:
-    """As ``correlation_times``, of residuals (m, n) of each trial, nan where no sample counts."""
-    zeroed = [np.where(np.isfinite(each), each, 0.0) for each in left]
-    return correlation_factors_by_step(zeroed, [recording.step for recording in recordings])
+    """As ``correlation_times``, of ``all_residuals`` (m, n) of each trial.
+
+    Each joint by its own clock: the rows of others are no gaps of it. The noise is that of all good samples, the
+    information that of those that count: those of the cost ``transient`` alone are mostly of the beginning, where the
+    fit follows the noise. With noise correlated by 0.9 the 90 % interval of a free angle held it in 55 % of 100 data
+    sets by them, and in 78 % by all (in 85 % with the cost ``trajectory``).
+    """
+    factors = np.ones((len(recordings), left[0].shape[1]))
+    for j in range(factors.shape[1]):
+        own = [recording.moments[:, j] for recording in recordings]
+        series = [each[rows, j : j + 1] for each, rows in zip(left, own, strict=True)]
+        counts = None
+        if any(recording.left_out is not None for recording in recordings):
+            counts = [recording.counts[rows, j : j + 1] for recording, rows in zip(recordings, own, strict=True)]
+        steps = [recording.steps[j] for recording in recordings]
+        factors[:, j] = correlation_factors_by_step(series, steps, counts)[:, 0]
+    return factors
 
 
 @divergence_refused()
