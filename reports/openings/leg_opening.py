@@ -132,12 +132,13 @@ def _row(name: str, joint: Json, error: object) -> list[Cell]:
     spring, damper = mapping(joint, "spring"), mapping(joint, "damper")
     make = mapping(spring, "make")
     count = make.get("count") or spring.get("count") or 1
-    rate = make.get("rate") or spring.get("rate")
+    measured = spring.get("measured_rate")
+    rate = measured or make.get("rate") or spring.get("rate")
     wanted = wanted_rate(joint)
     what = str(spring.get("part") or (f"wind, {text(make.get('wire_diameter'))} wire" if make else "none"))
     if isinstance(count, int) and count > 1:
         what = f"{count} × {what}"
-    off = "" if make else off_wanted(spring, wanted)
+    off = "measured" if measured else "" if make else off_wanted(spring, wanted)
     return [
         Cell(name),
         Cell(what, ", ".join(words for words in (text(rate), off) if words) if rate else ""),

@@ -17,6 +17,7 @@ import numpy as np
 from synth.design.choose_springs import SpringOption
 from synth.design.drawn_remedies import remedy_of
 from synth.design.drawn_travel import well_seated
+from synth.design.forecast import spring_tolerance
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
 from synth.design.leg_reach import short_legs
@@ -289,7 +290,8 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
 
     A rate measured on the loose spring is converted into the joint's. The parts are unchanged. Rates and free angles of
     the built leg become those of the measured springs, and its motions and its forecasts are made with them. For a
-    spring of another rate the free angle is the one with the designed rest pose.
+    spring of another rate the free angle is the one with the designed rest pose. Where only the rate is measured, the
+    seat is taken as it can be set later, and has no setting: that follows from the free angle.
     """
     known = design.project.measured_springs
     if not known:
@@ -310,10 +312,30 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
         if design.drawn is not None:
             travel = radians(design.drawn.dimensions.joints[index].seat_travel)
         turn = min(travel, max(-travel, suits - found))
-        settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
+        if measured.free_angle is not None:
+            settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
         joints.append(replace(joint, spring=replace(joint.spring, rate=rate, free_angle=found + turn)))
     design = replace(design, built=replace(design.built, joints=tuple(joints)))
-    return with_measured_forecast(simulate_built_leg(_with_seat_warnings(design, settings)), settings), settings
+    design = _with_rate_warnings(_with_seat_warnings(design, settings))
+    return with_measured_forecast(simulate_built_leg(design), known), settings
+
+
+def _with_rate_warnings(design: LegDesign) -> LegDesign:
+    """The design with a warning for each measured rate that is off the designed one by more than its tolerance."""
+    asked, warnings = design.project.parts.tolerance, []
+    for joint, option in zip(design.built.joints, design.springs.chosen, strict=True):
+        measured = design.project.measured_springs.get(joint.name)
+        if measured is None or measured.rate is None or joint.spring is None:
+            continue
+        off, allowed = joint.spring.rate / option.rate - 1.0, spring_tolerance(option, asked).rate
+        if abs(off) > allowed:
+            text = (
+                f"{joint.name}: the measured spring has {joint.spring.rate:.4g} N*m/rad in the joint, {off:+.0%} from "
+                f"the designed {option.rate:.4g}, which holds within {allowed:.0%}; this is the leg with the measured"
+            )
+            remedy = "Check the unit, the distance of the force from the coil, and that it is this joint's spring."
+            warnings.append((joint.name, decisive(text, remedy)))
+    return replace(design, warnings=(*warnings, *design.warnings))
 
 
 def _with_seat_warnings(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:

@@ -151,6 +151,11 @@ def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any
     }
 
 
+def _has_measured_rate(design: LegDesign, name: str) -> bool:
+    measured = design.project.measured_springs.get(name)
+    return measured is not None and measured.rate is not None
+
+
 def _joint(design: LegDesign, j: int) -> dict[str, Any]:
     name = design.built.joint_names[j]
     wanted, refit = design.target.joints[name], design.refit.joints[name]
@@ -166,7 +171,11 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         },
         "refit": {"spring_rate": refit.spring_rate.as_json(), "free_angle": refit.free_angle.as_json()},
         "damper": {**_damper(damper, name), **_damper_as_drawn(design, j)},
-        "spring": {**spring_entry(spring), "free_angle": quantity(built.free_angle, "deg")},
+        "spring": {
+            **spring_entry(spring),
+            **({"measured_rate": quantity(built.rate, "N*m/rad")} if _has_measured_rate(design, name) else {}),
+            "free_angle": quantity(built.free_angle, "deg"),
+        },
         "arm_offset": quantity(design.arm_offset(j), "deg"),
         "spring_alternatives": [
             _ranked_spring(option, spring) for option in design.springs.ranked[j] if option is not spring

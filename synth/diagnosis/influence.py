@@ -65,7 +65,8 @@ class VerdictDependence:
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
     those that may change it by the closed form and were not refitted. ``odd`` : (name, misfit of the others without
     it, misfit of all, both in noise floors) of a recording that most of the misfit comes from. ``of`` : number of
-    recordings; ``against`` : of those without which the verdict has none of its causes.
+    recordings; ``against`` : of those without which the verdict has none of its causes. ``whole`` : the verdict with
+    all of them, before these doubts make it less sure.
     """
 
     turned: tuple[tuple[str, str], ...] = ()
@@ -73,6 +74,7 @@ class VerdictDependence:
     odd: tuple[tuple[str, float, float], ...] = ()
     of: int = 0
     against: int = 0
+    whole: str = ""
 
     @property
     def chance(self) -> float:
@@ -87,8 +89,8 @@ class VerdictDependence:
         """What to doubt, in sentences."""
         said = [
             decisive(
-                f"the verdict depends on {name}: without it {other}. Check it first (its start, its rest position, "
-                "what was different in this trial), or repeat it"
+                f"the verdict depends on {name}: with it {self.whole}, without it {other}. Check it first (its start, "
+                "its rest position, what was different in this trial), or repeat it"
             )
             for name, other in self.turned
         ]
@@ -147,7 +149,7 @@ def verdict_dependence(
     best = judged.accepted if judged.verdict in ("effect", "tie") else found.none
     odd = _odd_recording(bench, best, steps[id(best)]) if id(best) in steps else ()
     names = tuple(bench.trials[i].recording.name for i in left)
-    return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against)
+    return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against, _whole_words(judged))
 
 
 def _odd_recording(
@@ -250,6 +252,18 @@ def _verdict_words(judged: Judgement[F]) -> str:
         return "no effect would be missing" if judged.none > SURE_WEIGHT else ""
     names = " and ".join(f"{effect} ({place})" for effect, place in judged.accepted.keys)
     return f"it would be {names}" if judged.weighed[0][1] > SURE_WEIGHT and judged.unknown < 1.0 - SURE_WEIGHT else ""
+
+
+def _whole_words(judged: Judgement[F]) -> str:
+    """The verdict, however sure."""
+    if judged.verdict == "unknown":
+        return "the missing effect is unknown"
+    if judged.verdict == "none":
+        return "no effect is missing"
+    either = [
+        " and ".join(f"{effect} ({place})" for effect, place in item.keys) for item in (judged.accepted, *judged.tied)
+    ]
+    return f"it would be {' or '.join(either)}"
 
 
 def _shares_a_cause(judged: Judgement[EvaluatedHypothesis], again: Judgement[F]) -> bool:

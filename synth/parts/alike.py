@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.parts.catalogs import Catalogue
+from synth.parts.material_names import KnownMaterials
 from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.swing.damper_curves import torque_at
 
@@ -32,11 +33,14 @@ def find_substitutes(catalogue: Catalogue, row: TorsionSpringRow | DamperRow, mo
     """Rows that may replace a part, nearest first."""
     rows: Sequence[TorsionSpringRow | DamperRow]
     rows = catalogue.springs if isinstance(row, TorsionSpringRow) else catalogue.dampers
-    found = [_compare_rows(row, other) for other in rows if other.choosable and other is not row]
+    known = catalogue.known_materials
+    found = [_compare_rows(row, other, known) for other in rows if other.choosable and other is not row]
     return tuple(sorted(found, key=lambda item: item.distance)[:most])
 
 
-def _compare_rows(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | DamperRow) -> Substitute:
+def _compare_rows(
+    row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | DamperRow, known: KnownMaterials
+) -> Substitute:
     distance, differs = 0.0, []
     theirs = _numbers(other)
     for name, value in _numbers(row).items():
@@ -51,7 +55,7 @@ def _compare_rows(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | D
         distance += WEIGHTS[name] * abs(off)
         if abs(off) > SAME_SIZE:
             differs.append(f"{name} {against / value - 1.0:+.0%}")
-    for name, mine, its in _words(row, other):
+    for name, mine, its in _words(row, other, known):
         if mine != its:
             distance += ANOTHER
             differs.append(f"{name} {its or 'not stated'}")
@@ -74,14 +78,20 @@ def _torque(row: DamperRow) -> float | None:
     return float(torque_at(row.torque_speed(), np.array([1.0]))[0])
 
 
-def _words(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | DamperRow) -> list[tuple[str, str, str]]:
+def _words(
+    row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | DamperRow, known: KnownMaterials
+) -> list[tuple[str, str, str]]:
     if isinstance(row, TorsionSpringRow) and isinstance(other, TorsionSpringRow):
         angles = [
             "" if each.included_angle is None else f"{math.degrees(each.included_angle):.0f} deg"
             for each in (row, other)
         ]
-        material = ("material", row.material, other.material)
-        return [("included angle", angles[0], angles[1]), ("hand", row.hand, other.hand), material]
+        materials = [known.name(each) or each for each in (row.material, other.material)]
+        return [
+            ("included angle", angles[0], angles[1]),
+            ("hand", row.hand, other.hand),
+            ("material", materials[0], materials[1]),
+        ]
     assert isinstance(row, DamperRow)
     assert isinstance(other, DamperRow)
     travels = [_travel(each) for each in (row, other)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -176,6 +177,8 @@ def test_substitutes_are_ranked_with_their_differences() -> None:
     assert all(item.row.choosable for item in found)
     assert found[0].row.part == "9271K621"
     assert "rate -20%" in found[0].differs
+    spelled = replace(catalogue.find_spring("LTR080F 10 S"), material="Stainless 302 (ASTM A313)")
+    assert not [each for item in find_substitutes(catalogue, spelled) for each in item.differs if "tainless" in each]
     dampers = find_substitutes(catalogue, catalogue.find_damper("6597K8"), most=40)
     nearest = next(item for item in dampers if item.row.part == "6597K19")
     # Same family, same law: the torque at any speed is that of the vendor's points, 31 and 7 in-oz.

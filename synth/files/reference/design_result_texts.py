@@ -47,6 +47,7 @@ _JOINT = {
     "spring.part": "Catalogue part, where one is bought.",
     "spring.hands[]": "Hand of each of the joint's springs, the drawn one first; two are a mirrored pair.",
     "spring.other_hand": "Of a bought pair: the part of the other hand; null: no catalogue has it.",
+    "spring.measured_rate": "Rate in the joint of the spring that was measured, if `measured:` has its rate.",
     "spring.wanted_rate": "Rate for which it was sought: with the chosen damper the leg then moves as wanted.",
     "spring.rate_as_sold": "Of a bought one, all in parallel: its vendor's rate, without arms, which is "
     "within `rate_tolerance` of `wanted_rate`.",
