@@ -18,8 +18,8 @@ from synth.fit.recordings import Recording, recordings
 from synth.fit.starts import starts
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.validation.comparison_table import ComparisonRow, ComparisonTable, listed, percent, table_cell
-from synth.validation.explanations import bound_sentences, ridge_sentence, within_interval
-from synth.validation.ridge_scan import rate_scan
+from synth.validation.explanations import bound_sentences, ridge_sentence
+from synth.validation.open_rates import RANGES, among, family_of, family_sentence, inside_words, shown_rates
 from synth.validation.thesis_data import JOINTS, LabData
 
 USED = 4  # releases per joint that the thesis used: the first ones
@@ -28,7 +28,6 @@ STICKING_ANGLE = np.radians(
     3.0
 )  # largest angle between static equilibrium and the pose in which a sticking joint stops
 HELD_PRIOR = RatePrior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # sharp prior on joints identified before
-HELD_AT = (15.0, 38.0, 75.8, 150.0)  # N m/rad, fixed rates of the hip's spring that show the ridge
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,6 @@ class IsolatedFit:
 
     joint: str
     fit: FitResult
-    recordings: tuple[Recording, ...]
 
     @property
     def found(self) -> JointFit:
@@ -59,8 +57,7 @@ def table_8(data: LabData) -> ComparisonTable:
     rows = []
     for row, (symbol, unit) in enumerate((("k", "N*m/rad"), ("b", "N*m*s/rad"))):
         for j, name in enumerate(JOINTS):
-            fits = (found[name].found, together.joints[name])
-            estimates = [joint.spring_rate if row == 0 else joint.damper_rate for joint in fits]
+            estimates = [shown_rates(fit, name)[row] for fit in (found[name].fit, together)]
             ends = f"{lower[row, j]:.4g} to {upper[row, j]:.4g}"
             rows.append(
                 ComparisonRow(
@@ -70,8 +67,9 @@ def table_8(data: LabData) -> ComparisonTable:
     messages = [
         *bound_sentences(published, lower, upper, "the published pair"),
         *_bound_sentences(found, lower, upper),
+        *_theory_sentences(found["hip"], float(lower[0, 0]), float(published[0, 0])),
         *_joint_sentences(published, found),
-        *_ridge_sentences(found["hip"]),
+        *_open_sentences(published, found),
         _free_angle_sentence(found),
     ]
     return ComparisonTable(
@@ -81,7 +79,8 @@ def table_8(data: LabData) -> ComparisonTable:
         tuple(rows),
         f"First the ankle (hip and knee held), then the knee with the ankle's values fixed, then the hip with both "
         f"fixed; the first {USED} releases of each joint, as in the thesis. Least squares; no bound is active. Initial "
-        "states are estimated. At the end of a release, spring and weight balance within 3 deg.",
+        f"states are estimated. At the end of a release, spring and weight balance within "
+        f"{np.degrees(STICKING_ANGLE):.0f} deg. {RANGES}",
         tuple(messages),
     )
 
@@ -99,7 +98,7 @@ def fit_isolated_joints(data: LabData) -> dict[str, IsolatedFit]:
             free_angle="per_trial", prior=prior, static=_final_poses(leg, recordings), tolerance=data.tolerance
         )
         fit = fit_leg(held, recordings, options)
-        results[joint] = IsolatedFit(joint, fit, tuple(recordings))
+        results[joint] = IsolatedFit(joint, fit)
         known = _with_joint_as_found(known, joint, fit.joints[joint])
     return results
 
@@ -152,26 +151,39 @@ def _whole_leg_recordings(data: LabData) -> list[Recording]:
 
 
 def _bound_sentences(found: Mapping[str, IsolatedFit], lower: Array, upper: Array) -> list[str]:
-    """Sentences on bounds of the thesis that exclude our estimate or the theoretical rate of the spring."""
+    """Sentences on bounds of the thesis that exclude our estimate, with all that fits about equally well."""
     messages = []
     for j, name in enumerate(JOINTS):
-        joint, soft = found[name].found, ridge_sentence(found[name].fit, name)
-        assert joint.damper_rate is not None
-        if soft is not None:
-            messages.append(soft)
-            continue
-        for row, (symbol, estimate) in enumerate((("k", joint.spring_rate), ("b", joint.damper_rate))):
-            if not lower[row, j] <= estimate.value <= upper[row, j]:
-                messages.append(
-                    f"{name}: our {symbol}, {estimate.value:.3g}, lies outside the bounds of the thesis' search "
-                    f"({lower[row, j]:.3g} to {upper[row, j]:.3g}), which could not find it."
-                )
-    if lower[0, 0] > WIRE_THEORY:
-        messages.append(
-            f"hip: the spring's theoretical {WIRE_THEORY:.0f} N*m/rad lies below the lower bound of the search, "
-            f'{lower[0, 0]:.1f}: "twice the theory" describes the bound, not the spring.'
-        )
+        fit = found[name].fit
+        soft, several = ridge_sentence(fit, name), family_of(fit, name) is not None
+        messages += [] if soft is None else [soft]
+        for row, (symbol, shown) in enumerate(zip("kb", shown_rates(fit, name), strict=True)):
+            low, high = lower[row, j], upper[row, j]
+            ends = (shown.low, shown.high) if several else (shown.value, shown.value)
+            if None in ends or (ends[0] <= high and ends[1] >= low):
+                continue
+            messages.append(
+                f"{name}: our {symbol}, {shown.value:.3g}, lies outside the bounds of the thesis' search "
+                f"({low:.3g} to {high:.3g}), which could not find it."
+            )
     return messages
+
+
+def _theory_sentences(hip: IsolatedFit, bound: float, published: float) -> list[str]:
+    """On the theoretical rate of the hip's spring, N m/rad, if it lies below the lower ``bound`` of the search."""
+    if bound <= WIRE_THEORY:
+        return []
+    family = family_of(hip.fit, "hip")
+    text = (
+        f"hip: the spring's theoretical {WIRE_THEORY:.0f} N*m/rad lies below the lower bound of the search, "
+        f"{bound:.1f}, which could not find it."
+    )
+    if family is not None and among(family, WIRE_THEORY) and among(family, published):
+        text += (
+            " Each with a damper of its own, this spring and the published one fit the releases about equally well: "
+            'they do not show "twice the theory".'
+        )
+    return [text]
 
 
 def _joint_sentences(published: Array, found: Mapping[str, IsolatedFit]) -> list[str]:
@@ -182,26 +194,25 @@ def _joint_sentences(published: Array, found: Mapping[str, IsolatedFit]) -> list
         assert joint.damper_rate is not None
         rates = joint.spring_rate.value, joint.damper_rate.value
         quotients = rates[1] / rates[0], published[1, j] / published[0, j]
-        both = within_interval(joint.spring_rate, published[0, j]), within_interval(joint.damper_rate, published[1, j])
-        words = [f"{s} {'inside' if held else 'outside'}" for s, held in zip("kb", both, strict=True)]
-        where = f" ({listed(words)} our 90 % intervals)" if ridge_sentence(item.fit, name) is None else ""
         messages.append(
             f"{name}: k {percent(rates[0] / published[0, j])}, b {percent(rates[1] / published[1, j])} against the "
-            f"published values{where}; b/k {quotients[0]:.3g} s against {quotients[1]:.3g} s. The RMS residual of our "
-            f"fit is {np.degrees(item.fit.rms[name]):.2f} deg."
+            f"published values ({inside_words(item.fit, name, published[:, j])}); b/k {quotients[0]:.3g} s against "
+            f"{quotients[1]:.3g} s. The RMS residual of our fit is {np.degrees(item.fit.rms[name]):.2f} deg."
         )
     return messages
 
 
-def _ridge_sentences(hip: IsolatedFit) -> list[str]:
-    """How little the residual depends on the hip's k if b is refitted."""
-    found = rate_scan(hip.fit, hip.recordings, "hip", HELD_AT)
-    left = ", ".join(f"{np.degrees(item.rms):.2f}" for item in found)
-    quotients = ", ".join(f"{item.damper_rate / item.spring_rate:.3g}" for item in found)
+def _open_sentences(published: Array, found: Mapping[str, IsolatedFit]) -> list[str]:
+    """What fits the joints whose releases leave k and b open, and what would determine their k."""
+    sentences = {name: family_sentence(found[name].fit, name, published[:, j]) for j, name in enumerate(JOINTS)}
+    known = {name: text for name, text in sentences.items() if text is not None}
+    if not known:
+        return []
     return [
-        f"hip: with k held at {', '.join(f'{rate:g}' for rate in HELD_AT)} N*m/rad and everything else refitted, the "
-        f"RMS residual is {left} deg and b/k is {quotients} s. The releases determine b/k but hardly k, so the "
-        "published k depends on the bounds of its search. A static torque-angle point at the hip would determine k."
+        *known.values(),
+        f"No known torque acts in the final poses, so they do not tell k of {listed(list(known))}; a pose held by a "
+        f"known torque, turned by far more than the {np.degrees(STICKING_ANGLE):.0f} deg within which a joint sticks, "
+        "would.",
     ]
 
 

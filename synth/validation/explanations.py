@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.intervals import Estimate
 from synth.fit.fit_result import FitResult
 from synth.fit.ridge import RIDGE
 from synth.remarks import joint_of, kind_of
 from synth.validation.comparison_table import percent
+from synth.validation.open_rates import inside_words, within_interval
 from synth.validation.thesis_data import JOINTS
 
 NEAR_DIFFERENCE = 0.1  # relative difference that needs no explanation
@@ -22,11 +22,6 @@ def found_rates(result: FitResult) -> Array:
     """(2, 3) spring and damper rates of a fit; nan for a damper that was not estimated."""
     dampers = [joint.damper_rate.value if joint.damper_rate else np.nan for joint in result.joints.values()]
     return np.array([[joint.spring_rate.value for joint in result.joints.values()], dampers])
-
-
-def within_interval(estimate: Estimate, value: float) -> bool:
-    """Whether ``value`` lies within the estimate's 90 % interval."""
-    return estimate.low is not None and estimate.high is not None and estimate.low <= value <= estimate.high
 
 
 def ridge_sentence(fit: FitResult, joint: str) -> str | None:
@@ -54,7 +49,10 @@ def difference_sentences(published: Array, ours: FitResult, rms: Array, best: Ar
         )
         soft = ridge_sentence(ours, name)
         if soft is not None:
-            messages.append(f"{name}: {change}, but {soft.removeprefix(f'{name}: ')} {left[0].upper()}{left[1:]}.")
+            where = inside_words(ours, name, published[:, j])
+            messages.append(
+                f"{name}: {change} ({where}), but {soft.removeprefix(f'{name}: ')} {left[0].upper()}{left[1:]}."
+            )
         elif same:
             messages.append(f"{name}: the same within {100 * NEAR_DIFFERENCE:.0f} % ({change}); {left}.")
         elif both:

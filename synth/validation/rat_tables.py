@@ -15,6 +15,7 @@ from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.validation.comparison_table import ComparisonRow, ComparisonTable, table_cell
 from synth.validation.explanations import bound_sentences, difference_sentences, found_rates, median_text
+from synth.validation.open_rates import RANGES, shown_rates
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 from synth.validation.thesis_method import ALL_MISTAKES, ANKLE, HIP, KNEE, NO_MISTAKES, Mistakes, Terms, ThesisMethod
 
@@ -76,9 +77,8 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
     rows = []
     for row, (symbol, unit) in enumerate(zip("kb", units, strict=True)):
         for j, name in enumerate(JOINTS):
-            joint = rat.fit.joints[name]
             cells = [table_cell(rates[row, j], unit) for pair in published for rates in (published[pair], ours[pair])]
-            estimate = joint.spring_rate if row == 0 else joint.damper_rate
+            estimate = shown_rates(rat.fit, name)[row]
             rows.append(
                 ComparisonRow(
                     f"{name} {symbol}", (*cells, table_cell(rat.with_mistakes[row, j], unit), table_cell(estimate))
@@ -92,10 +92,15 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
             f"{pair}: the thesis' swarm cost, without its mistakes, is {cost[0]:.1f} for the published rates and "
             f"{cost[1]:.1f} for ours by the same method, {verdict}."
         )
-    notes += bound_sentences(rat.swarm, START_RATES / FACTORS_BELOW, START_RATES * FACTORS_ABOVE, "our swarm")
-    notes += bound_sentences(
-        published["swarm"], START_RATES / FACTORS_BELOW, START_RATES * FACTORS_ABOVE, "the published swarm"
-    )
+    lower, upper = START_RATES / FACTORS_BELOW, START_RATES * FACTORS_ABOVE
+    for whose, rates in (
+        ("our piecewise search", rat.piecewise),
+        ("our swarm", rat.swarm),
+        ("our swarm with the mistakes", rat.with_mistakes),
+        ("the published piecewise search", published["piecewise"]),
+        ("the published swarm", published["swarm"]),
+    ):
+        notes += bound_sentences(rates, lower, upper, whose)
     best = found_rates(rat.fit)
     notes += difference_sentences(published["swarm"], rat.fit, rat.method.rms(published["swarm"]), rat.method.rms(best))
     notes += _foot_sentences(data, rat, published["swarm"])
@@ -108,7 +113,8 @@ def table_1(data: LabData, rat: RatFits) -> ComparisonTable:
         "The seven releases with the thesis' start values, bounds, order (knee, hip, ankle) and costs; its swarm of 20 "
         "particles starts from the piecewise result. The thesis prints the column labels k and b the wrong way round; "
         "here they are as in its files. The cost omits heights and times of the knee's peak, which compare different "
-        "peaks. Least squares also estimates each trial's initial state and free angle; intervals are 90 %.",
+        "peaks. Least squares also estimates each trial's initial state and free angle; intervals are 90 %. "
+        f"{RANGES}",
         tuple(notes),
     )  # fmt: skip
 

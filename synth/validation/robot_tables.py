@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.intervals import Estimate
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, Variant
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics
-from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, listed, table_cell
-from synth.validation.explanations import bound_sentences, difference_sentences, found_rates, within_interval
+from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, table_cell
+from synth.validation.explanations import bound_sentences, difference_sentences, found_rates
+from synth.validation.held_free_angles import fit_with_angles_of_ends, free_angle_sentences
+from synth.validation.open_rates import shown_rates
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 from synth.validation.thesis_method import ALL_MISTAKES, ANKLE, HIP, KNEE, NO_MISTAKES, Mistakes, Terms, ThesisMethod
 
@@ -71,10 +72,8 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
     rows = []
     for row, (symbol, unit) in enumerate((("k", "N*m/rad"), ("b", "N*m*s/rad"))):
         for j, name in enumerate(JOINTS):
-            joint, common = target.fit.joints[name], target.common
-            found: list[Estimate | None] = [joint.spring_rate, common.spring_rate[name]]
-            if row == 1:
-                found = [joint.damper_rate, common.damper_rate[name]]
+            common = target.common.spring_rate if row == 0 else target.common.damper_rate
+            found = [shown_rates(target.fit, name)[row], common[name]]
             numbers = [published[row, j], target.swarm[row, j], target.with_mistakes[row, j]]
             rows.append(
                 ComparisonRow(
@@ -88,8 +87,15 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
         "those of our swarm with the same start and bounds: "
         + ("the published search missed the minimum." if costs[1] < costs[0] else "the published rates are better."),
         *bound_sentences(target.swarm, LOWER_RATES, UPPER_RATES, "our swarm"),
+        *bound_sentences(target.with_mistakes, LOWER_RATES, UPPER_RATES, "our swarm with the mistakes"),
         *difference_sentences(published, target.fit, target.method.rms(published), target.method.rms(best)),
-        *_free_angle_sentences(published, target.fit, target.common),
+        *free_angle_sentences(
+            published,
+            target.fit,
+            fit_with_angles_of_ends(data.dog, target.recordings, target.fit),
+            target.swarm,
+            target.with_mistakes,
+        ),
         *_initial_rate_sentences(target, published),
     ]
     return ComparisonTable(
@@ -102,34 +108,6 @@ def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
         "cost, 20 particles and 100 iterations. Least squares as in Table 1.",
         tuple(messages),
     )  # fmt: skip
-
-
-def _free_angle_sentences(published: Array, fit: FitResult, common: Variant) -> list[str]:
-    """Whether one free angle for all releases explains published spring rates, against ``fit`` with one per release."""
-    within: list[str] = []
-    explained: list[str] = []
-    for j, (name, one) in enumerate(common.spring_rate.items()):
-        own, rate = fit.joints[name].spring_rate, float(published[0, j])
-        if not within_interval(one, rate):
-            continue
-        nearer = abs(np.log(one.value / rate)) < abs(np.log(own.value / rate))
-        (explained if nearer and not within_interval(own, rate) else within).append(name)
-    if not within and not explained:
-        return ["With one free angle for all releases no published spring rate lies within our 90 % interval."]
-    sentences = []
-    if explained:
-        sentences.append(
-            f"With one free angle for all releases the published spring rate of {listed(explained)} lies within our "
-            "90 % interval and nearer to our estimate, with one per release outside: the difference comes from the "
-            "free angle, which the thesis takes from the end of each release."
-        )
-    if within:
-        sentences.append(
-            f"With one free angle for all releases the published spring rate of {listed(within)} lies within our 90 % "
-            "interval, which does not tell whether a difference comes from the free angle: with one per release it "
-            "lies within too, or no farther from our estimate."
-        )
-    return sentences
 
 
 def _initial_rate_sentences(target: RobotTarget, published: Array) -> list[str]:

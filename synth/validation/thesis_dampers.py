@@ -17,7 +17,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.swing.leg_model import DamperCurve
 from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, percent, table_cell
-from synth.validation.explanations import within_interval
+from synth.validation.open_rates import within_interval
 from synth.validation.thesis_data import JOINTS, LabData
 
 SPRINGS = {"knee": "LTR135H 10 M", "ankle": "LTR080F 10 S"}  # parts that the thesis bought
