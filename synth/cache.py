@@ -15,7 +15,6 @@ from contextlib import suppress
 from pathlib import Path
 
 from synth.errors import Problem, UserError
-from synth.files.paths import home_folder
 
 VARIABLE = "SYNTH_CACHE"
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
@@ -46,6 +45,14 @@ def cache_folder() -> Path:
         if fault is None and os.access(base, os.W_OK):
             return base
     return _among_temporary_files()
+
+
+def home_folder() -> Path | None:
+    """The user's home folder; None if there is none, such as for a user id that a container was started with."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return None
 
 
 def _user_s_folder() -> Path | None:

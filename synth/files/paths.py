@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from synth.cache import home_folder
 from synth.errors import Problem, UserError, did_you_mean
 from synth.files.names import unprinted
 
@@ -29,14 +30,6 @@ def allowing_outside() -> Iterator[None]:
         yield
     finally:
         _anywhere.reset(token)
-
-
-def home_folder() -> Path | None:
-    """The user's home folder; None if there is none, such as for a user id that a container was started with."""
-    try:
-        return Path.home()
-    except RuntimeError:
-        return None
 
 
 def repository_root(folder: Path) -> Path | None:

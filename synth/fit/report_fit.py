@@ -30,7 +30,7 @@ from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge import MISFIT
 from synth.fit.ridge_family import RidgeFamily, families
 from synth.fit.search_box import NEAR_ANGLE, NEAR_LOGARITHM
-from synth.fit.stated_knowledge import StatedKnowledge, with_stated
+from synth.fit.stated_knowledge import with_stated
 from synth.fit.static_points import JudgedPoint, judge_points
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.treatments import FittedTreatments, Treatment
@@ -68,9 +68,7 @@ def result_of(
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     excess, chosen = {name: _excess(model, recordings, t) for name, t in treatments.items()}, solutions[mode]
-    spreads = {
-        name: spread_of(model, recordings, t.stage, options.weight) + excess[name] for name, t in treatments.items()
-    }
+    spreads = {n: spread_of(model, recordings, t.stage, options.weight) + excess[n] for n, t in treatments.items()}
     refits, lost = _refits(model, recordings, fitted.stage, (spreads[mode], excess[mode]), options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
     spreads[mode], links[mode] = with_stated(fitted, (spreads[mode], covariance(model, chosen)), links[mode])
@@ -85,10 +83,7 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
-    ridges, scale = (
-        (*fitted.softened, *(e.sentence for e in alike)),
-        () if options.computed else _mass_scale(unknowns, recordings, fitted.stated),
-    )
+    ridges, scale = (*fitted.softened, *(e.sentence for e in alike)), _mass_scale(unknowns, recordings, fitted, options)
     total, told = with_links_and_law(nones[mode].links, fitted.error, alone), _by_unknown(unknowns, joints[mode])
     known = Known(alone, total, chosen.values, offsets[mode], told, widths, fitted.least)
     return FitResult(
@@ -240,9 +235,12 @@ def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float]
 
 
 def _mass_scale(
-    unknowns: SpringsAndDampers, recordings: Sequence[Recording], stated: StatedKnowledge | None
+    unknowns: SpringsAndDampers, recordings: Sequence[Recording], fitted: FittedTreatments, options: LegFitOptions
 ) -> list[Remark]:
     """The sentence on the mass scale, if neither the trials nor what is stated tells it."""
+    if options.computed:
+        return []
+    stated = fitted.stated
     weighed = any(balance.weighed for balance in unknowns.balances) or (stated is not None and stated.tells_scale)
     scale = mass_scale_sentence(unknowns.leg, recordings, weighed=weighed)
     return [scale] if scale else []
