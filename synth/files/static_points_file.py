@@ -14,7 +14,9 @@ the leg is ``supported`` (carried, or removed) the joints with a torque suffice.
 torque acts, in the measured angle's positive sense, zero for the others. The balance is evaluated at the joints
 under ``torque``, or at all if there is none, but never at those that are ``locked``. ``tip_mass`` and ``tilt`` as in
 a trial. ``torque_error`` and ``angle_error`` are standard deviations, by default 2 % of the spring's torque and 0.5
-deg. A point that contradicts the recordings is named and left out (``fit.point_check``).
+deg. Where the free angle shifts from trial to trial, a point's is taken to be shifted as much; points of one
+``session`` share the shift (see ``fit.static_points``). A point that contradicts the recordings is named and left out
+(``fit.point_check``).
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ class StaticPoint:
 
     ``angles`` (n,) rad, nan where not given; ``torques`` (n,) N m in the measured angles' positive sense; ``balanced``
     the indices of the joints at which the balance holds; ``torque_error`` N m, None for ``TORQUE_SHARE`` of the
-    spring's torque.
+    spring's torque; ``session`` the name of those measured in one go, with one free angle, None where it is not said.
     """
 
     name: str
@@ -59,6 +61,7 @@ class StaticPoint:
     supported: bool = False
     torque_error: float | None = None
     angle_error: float = ANGLE_ERROR
+    session: str | None = None
 
 
 class _PointEntry(FileModel):
@@ -72,6 +75,7 @@ class _PointEntry(FileModel):
     tilt: Annotated[float, Quantity("rad", least=-radians(360), most=radians(360))] = 0.0
     torque_error: Annotated[float, Quantity("N*m", above=0)] | None = None
     angle_error: Annotated[float, Quantity("rad", above=0, most=radians(45))] = ANGLE_ERROR
+    session: Annotated[str | None, Field(examples=["monday"])] = None
 
 
 def read_static_points(
@@ -148,6 +152,7 @@ def _point(entry: _PointEntry, leg: Leg, name: str) -> StaticPoint:
         entry.supported,
         entry.torque_error,
         entry.angle_error,
+        entry.session,
     )
 
 

@@ -142,7 +142,7 @@ class _Problem:
         for recording in recordings:
             self.precision.append(start_precision(recording, stage.weights.spread, model.shifted(recording)))
         self.pulls = [generator.normal(size=(len(p), REFITS)) * np.sqrt(p)[:, None] for p in self.precision]
-        beside = model.unknowns.measured(self.solution.values)
+        beside = model.unknowns.measured(self.solution.values, stage.weights.points)
         self.beside = np.zeros_like(self.schur) if beside is None else beside[2]
         with divergence_refused():
             values, vectors = spectrum(self.beside)

@@ -120,7 +120,7 @@ class LawUnknowns:
         """No rest angle is estimated: there is no spring."""
         return (None,) * self.chain.layout.n
 
-    def measured(self, values: Array) -> None:
+    def measured(self, values: Array, spread: Array | None) -> None:
         """None: a damper is measured by drops only."""
 
     def curve(self, values: Array) -> DamperCurve:

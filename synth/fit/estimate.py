@@ -14,7 +14,14 @@ from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, unknowns_of
 from synth.fit.fit_result import FitResult, JointFit
-from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, excess_of_fixed, heterogeneity
+from synth.fit.free_angle import (
+    LEAST_SPREAD,
+    SIGNIFICANCE,
+    WIDE,
+    excess_of_fixed,
+    heterogeneity,
+    spread_of_another,
+)
 from synth.fit.free_motion_start import (
     Drift,
     LateFreeMotion,
@@ -235,19 +242,14 @@ def _fit_near(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     ][: len(recordings)]
     values = unknowns_of(model).pack(rates, model.leg.to_rotation(common), damping)
     shifts = np.array([local.shift for local in locals_])
+    free = np.array([recording.counts.any(axis=0) for recording in recordings])
     stage = refine(
-        model,
-        recordings,
-        FitStart(values, locals_),
-        options.weight,
-        np.full_like(spread, LEAST_SPREAD),
-        centre=shifts,
-        rounds=2,
-    )
+        model, recordings, FitStart(values, locals_), options.weight, np.full_like(spread, LEAST_SPREAD),
+        centre=shifts, points=spread_of_another(spread, free.sum(axis=0).tolist()), rounds=2,
+    )  # fmt: skip
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the previous fit"
-    free = np.array([recording.counts.any(axis=0) for recording in recordings])
     of_mean = excess_of_fixed(shifts, free) if near.free_angle == "per_trial" else None
     treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints), of_mean)}
     scatter = sample_scatter(recordings)
@@ -308,7 +310,10 @@ def _per_trial(
     options: LegFitOptions,
     scatter: Array,
 ) -> tuple[Treatment, Array]:
-    """Separate free angles, first almost free, then within the spread found; probability (n,)."""
+    """Separate free angles, first almost free, then within the spread found; probability (n,).
+
+    Static points are first exact: where trials tell little but b/k, rates far off would falsify the spread.
+    """
     weight, nearly_free = options.weight, np.full(len(model.leg.joints), WIDE)
     wide = refine(model, recordings, FitStart(values, locals_), weight, nearly_free)
     wide = refine_other_starts(model, recordings, wide, scatter, nearly_free, weight=weight, seed=options.seed)
@@ -316,7 +321,7 @@ def _per_trial(
     shift = np.array([local.shift for local in wide.solution.locals])
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
-    stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread)
+    stage = refine(model, recordings, FitStart.at(wide.solution), weight, spread, points=found.of_another)
     kept = np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)
     return Treatment(stage, kept, found.ends, found.excess), found.probability
 

@@ -7,11 +7,13 @@ about the mean is as likely as its own chi-squared distribution allows (Viechtba
 
 A spread that is estimated from a few trials may be far too small. The mean's interval is Hartung and Knapp's
 (Statistics in Medicine 20, 2001): the variance that the shifts themselves show, and Student's t of one degree less than
-trials. The normal quantile holds 76 % with three trials, and 65 % with two.
+trials. The normal quantile holds 76 % with three trials, and 65 % with two. So is that of another shift, which no trial
+shows (Higgins, Thompson and Spiegelhalter, Journal of the Royal Statistical Society A 172, 2009).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -54,6 +56,11 @@ class Heterogeneity:
         return found
 
     @cached_property
+    def of_another(self) -> Array:
+        """(n,) rad, see ``spread_of_another``."""
+        return spread_of_another(self.spread, [len(value) for value, _ in self.shifts])
+
+    @cached_property
     def ends(self) -> Array:
         """(2, n) rad of the spread's 90 % interval; nan for a joint with fewer than two shifts."""
         found = np.full((2, len(self.shifts)), np.nan)
@@ -84,6 +91,15 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
         spread[j] = np.sqrt(max(0.0, (q - (m - 1)) / float(weight.sum() - np.sum(weight**2) / weight.sum())))
         probability[j] = chi_squared_above(m - 1, q)
     return Heterogeneity(spread, probability, tuple(shifts))
+
+
+def spread_of_another(spread: Array, counts: Sequence[int]) -> Array:
+    """(n,) rad, of a normal distribution whose 90 % interval is that of another shift than those of the trials.
+
+    ``spread`` (n,) rad as estimated from the shifts of so many trials; one below ``LEAST_SPREAD`` is none.
+    """
+    factors = [student95(count - 1) / NORMAL90 if count > 1 else 0.0 for count in counts]
+    return np.where(spread > LEAST_SPREAD, spread * factors, 0.0)
 
 
 def excess_of_fixed(shift: Array, free: Mask) -> Array:

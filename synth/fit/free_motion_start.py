@@ -164,10 +164,9 @@ def hidden_drive(
     reference = recordings_from(recordings, begin)
     if reference is None:
         return None
-    solution = stage.solution
-    known = refine(
-        model, reference, FitStart(solution.values, _locals(reference, solution)), options.weight, stage.weights.spread
-    )
+    solution, weights = stage.solution, stage.weights
+    begun = FitStart(solution.values, _locals(reference, solution))
+    known = refine(model, reference, begun, options.weight, weights.spread, points=weights.points)
     if not np.isfinite(known.solution.cost):
         return None
     scatter = LaterScatter.of(reference, known.solution.predictions)

@@ -148,8 +148,9 @@ class LawSearch:
 
     def refit_at(self, here: LawPoint) -> Stage:
         """The other unknowns, with the noise that they leave."""
-        start = FitStart.at(here.solution)
-        return refine(self._model(here.size), self.some, start, self.options.weight, self.weights.spread)
+        start, weights = FitStart.at(here.solution), self.weights
+        model = self._model(here.size)
+        return refine(model, self.some, start, self.options.weight, weights.spread, points=weights.points)
 
     def _next_step(self, here: LawPoint) -> Array:
         return np.asarray(np.maximum(LATER_STEP * np.abs(here.size), LEAST_STEP * self.scale))

@@ -51,7 +51,8 @@ def law_starts(
         tried.append((cost, size, model, FitStart(values, locals_)))
     for cost, size, model, start in sorted(tried, key=lambda each: each[0]):
         if np.isfinite(cost):
-            begun = refine(model, recordings, start, options.weight, stage.weights.spread)
+            weights = stage.weights
+            begun = refine(model, recordings, start, options.weight, weights.spread, points=weights.points)
             if np.isfinite(begun.solution.cost):
                 yield size, begun
 

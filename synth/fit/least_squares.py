@@ -46,12 +46,14 @@ class Weights:
     A spread of zero fixes the shifts at zero, or at ``centre`` (n_trial, n_joint) rad if given.
     ``rounding`` : for each joint, the treatment of counts that are coarser than its noise; else None. The square of
     ``noise`` over the noise before rounding divides the counts' log-likelihood, because they are correlated.
+    ``points`` (n_joint,) rad, spread of the rest angles at static points; None: they have the common ones.
     """
 
     noise: Array
     spread: Array
     centre: Array | None = None
     rounding: tuple[Rounding | None, ...] = ()
+    points: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -272,7 +274,7 @@ def _assess(
     mean, precision_common = model.unknowns.prior
     common, gradient = np.diag(precision_common), precision_common * (values - mean)
     cost = 0.5 * float(gradient @ (values - mean))
-    beside = model.unknowns.measured(values)
+    beside = model.unknowns.measured(values, weights.points)
     if beside is not None:
         cost, gradient, common = cost + beside[0], gradient + beside[1], common + beside[2]
     kept = STORED_BYTES // max(1, len(recordings))

@@ -20,7 +20,7 @@ from synth.files.tolerance import Tolerance
 from synth.fit.following import follow_changes
 from synth.fit.least_squares import Stage
 from synth.fit.recordings import Recording, joints_by_current
-from synth.fit.static_points import Balance, balances
+from synth.fit.static_points import Balance, balances, spread_at
 from synth.fit.trajectories import Index, Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.lane_layout import LANES
@@ -85,16 +85,22 @@ def link_errors(
     def change(t: int) -> Array:
         return _prediction_changes(model, recordings[t], legs, solution.values, solution.locals[t]) * deviation
 
-    beside = gradient_by_links(model, solution.values, widths, static) if static else None
+    spread = stage.weights.points
+    beside = gradient_by_links(model, solution.values, widths, static, spread) if static else None
     found = follow_changes(model, recordings, stage, change, lambda recording: recording.time < until, beside)
     names = [(name, quantity) for quantity in QUANTITIES for name in model.leg.joint_names]
     return LinkErrors(tuple(names[k] for k in open_), deviation, found.considered, found.left)
 
 
-def gradient_by_links(model: TrajectoryModel, values: Array, widths: Array, static: Sequence[StaticPoint]) -> Array:
-    """(p, c) change of the static points' gradient per deviation of each uncertain parameter, the unknowns held."""
+def gradient_by_links(
+    model: TrajectoryModel, values: Array, widths: Array, static: Sequence[StaticPoint], spread: Array | None = None
+) -> Array:
+    """(p, c) change of the static points' gradient per deviation of each uncertain parameter, the unknowns held.
+
+    ``spread`` (n,) rad of the points' free angles, as in ``Weights.points``.
+    """
     open_ = np.flatnonzero(widths.ravel() > 0.0)
-    return _of_points(model, values, open_, static) * widths.ravel()[open_]
+    return _of_points(model, values, open_, static, spread) * widths.ravel()[open_]
 
 
 def moved_leg(leg: Leg, widths: Array, deviations: Array, recordings: Sequence[Recording]) -> Leg:
@@ -145,28 +151,38 @@ def _prediction_changes(
     return np.concatenate(found, axis=2)
 
 
-def _of_points(model: TrajectoryModel, values: Array, numbers: Index, static: Sequence[StaticPoint]) -> Array:
+def _of_points(
+    model: TrajectoryModel, values: Array, numbers: Index, static: Sequence[StaticPoint], spread: Array | None
+) -> Array:
     """(p, c) change of the static points' gradient per unit of each parameter's logarithm."""
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
 
     def gradient(points: tuple[Balance, ...]) -> Array:
-        measured = replace(unknowns, balances=points).measured(values)
+        measured = replace(unknowns, balances=points).measured(values, spread)
         assert measured is not None
         return measured[1]
 
     return _by_links(model.leg, numbers, static, gradient)
 
 
-def residuals_by_links(leg: Leg, widths: Array, static: Sequence[StaticPoint], log_rate: Array, rest: Array) -> Array:
+def residuals_by_links(
+    leg: Leg,
+    widths: Array,
+    static: Sequence[StaticPoint],
+    log_rate: Array,
+    rest: Array,
+    spread: Array | None = None,
+) -> Array:
     """(m, c) change of the static points' residuals per deviation of each uncertain parameter, the unknowns held.
 
-    ``widths`` as in ``link_errors``; ``log_rate`` and ``rest`` (n,) of the springs.
+    ``widths`` as in ``link_errors``; ``log_rate`` and ``rest`` (n,) of the springs; ``spread`` as in
+    ``gradient_by_links``.
     """
     open_ = np.flatnonzero(widths.ravel() > 0.0)
 
     def residuals(points: tuple[Balance, ...]) -> Array:
-        return np.array([point.residual(log_rate[point.joint], rest[point.joint]) for point in points])
+        return np.array([p.residual(log_rate[p.joint], rest[p.joint], spread_at(spread, p.joint)) for p in points])
 
     return _by_links(leg, open_, static, residuals) * widths.ravel()[open_]
 

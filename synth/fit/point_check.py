@@ -24,14 +24,15 @@ from synth.fit.least_squares import FitStart, Stage, solve
 from synth.fit.link_errors import link_errors, link_widths, residuals_by_links
 from synth.fit.recordings import Recording
 from synth.fit.ridge import ALLOWANCE, MISFIT, overall_rms
-from synth.fit.static_points import Balance, balances
+from synth.fit.static_points import Balance, balances, groups, independent_residuals, linearised, spread_at
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, covariance
 from synth.remarks import decisive
 from synth.units import significant
 
 # Standard deviations from which a point is left out: by chance once in 16 000, as rarely as the test of the first
-# samples believes in a hand. Nearer ones are used, and named from ``MISPLACED_POINT`` on.
+# samples believes in a hand; where free angles shift by a spread that four trials tell, once in 80. Nearer ones are
+# used, and named from ``MISPLACED_POINT`` on.
 CONTRADICTING = 4.0
 TOLERANCE = 0.01  # of a log-likelihood; one deviation is 0.5
 CHANCE = 4.0  # of a square of deviations, up to which two points are equally likely to be the wrong one
@@ -95,9 +96,7 @@ def check_points(
     ``scatter`` (n,) rad, the readings' noise.
     """
     every, unknowns = balances(model.leg, options.static), unknowns_of(model)
-    rates, rests = unknowns.springs(stage.solution.values)
-    residuals = np.array([point.residual(rates[point.joint], rests[point.joint]) for point in every])
-    far = [k for k, residual in enumerate(residuals) if abs(residual) > CONTRADICTING]
+    far = _far(every, *unknowns.springs(stage.solution.values), stage.weights.points)
     if not far or not np.isfinite(stage.solution.cost):
         return CheckedPoints(options.static)  # at the fit without it, a point grows by no more than its own square
     comparison = _Comparison(model, recordings, stage, scatter, every, _errors(model, recordings, stage, options))
@@ -105,6 +104,24 @@ def check_points(
     left_out |= comparison.of_each_other([k for k in range(len(every)) if k not in left_out], far)
     static = without_balances(options.static, [every[k] for k in left_out])
     return CheckedPoints(static, tuple(left_out[k] for k in sorted(left_out)))
+
+
+def _far(every: Sequence[Balance], rates: Array, rests: Array, spread: Array | None) -> list[int]:
+    """Numbers of the balances that are far from the fit to the recordings alone, log ``rates`` and ``rests`` (n,).
+
+    Those of a session share a shift: each may be near, and their differences far.
+    """
+    found: set[int] = set()
+    for numbers in groups(every):
+        group = [every[k] for k in numbers]
+        joint = group[0].joint
+        at = float(rates[joint]), float(rests[joint]), spread_at(spread, joint)
+        found |= {k for k in numbers if abs(every[k].residual(*at)) > CONTRADICTING}
+        if group[0].session is not None and at[2] > 0.0:
+            together = independent_residuals(group, *at)
+            if together @ together > CONTRADICTING**2 + len(group) - 1:
+                found |= set(numbers)
+    return sorted(found)
 
 
 def without_balances(static: Sequence[StaticPoint], some: Sequence[Balance]) -> tuple[StaticPoint, ...]:
@@ -138,17 +155,17 @@ def _errors(
 ) -> _PointErrors:
     unknowns, every = unknowns_of(model), balances(model.leg, options.static)
     rates, rests = unknowns.springs(stage.solution.values)
+    spread = stage.weights.points
     slope = np.zeros((len(every), len(stage.solution.values)))
     for row, point in zip(slope, every, strict=True):
-        row[[unknowns.rate_at(point.joint), unknowns.rest_at(point.joint)]] = point.slope(
-            float(rates[point.joint]), float(rests[point.joint])
-        )
+        at = float(rates[point.joint]), float(rests[point.joint]), spread_at(spread, point.joint)
+        row[[unknowns.rate_at(point.joint), unknowns.rest_at(point.joint)]] = linearised([point], *at)[1][0]
     by_fit = np.einsum("mp,pq,mq->m", slope, covariance(model, stage.solution), slope)
     widths = link_widths(model.leg, options.tolerance, recordings)
     links = link_errors(model, recordings, stage, widths)
     by_links = np.zeros(len(every))
     if links is not None:
-        held = residuals_by_links(model.leg, widths, options.static, rates, rests)
+        held = residuals_by_links(model.leg, widths, options.static, rates, rests, spread)
         by_links = np.sum((held + slope @ links.considered.sensitivity) ** 2, axis=1)
     return _PointErrors(slope, by_fit, by_links)
 
@@ -194,8 +211,8 @@ class _Comparison:
         rates, rests = unknowns_of(self.model).springs(self.stage.solution.values)
         rate = float(np.exp(rates[point.joint]))
         rest = float(rests[point.joint])
-        torque = point.spring_torque(rate, rest)
-        width = NORMAL90 * point.error(rate, rest) * float(np.sqrt(slope.by_fit[k] + slope.by_links[k]))
+        torque, spread = point.spring_torque(rate, rest), spread_at(self.stage.weights.points, point.joint)
+        width = NORMAL90 * point.error(rate, rest, spread) * float(np.sqrt(slope.by_fit[k] + slope.by_links[k]))
         return LeftOutPoint(point, torque, width, deviations, turned, beside)
 
     def _deviations(self, some: Sequence[Balance], factor: float) -> float:
@@ -212,8 +229,7 @@ class _Comparison:
         if not np.isfinite(found.cost):
             return float("inf")
         if np.any(clipped_rms(self.recordings, alone.predictions) > MISFIT * self.scatter):
-            rates, rests = unknowns.springs(found.values)
-            met = all(abs(each.residual(rates[each.joint], rests[each.joint])) <= CONTRADICTING for each in some)
+            met = not _far(some, *unknowns.springs(found.values), weights.points)
             limit = (1.0 + ALLOWANCE) * overall_rms(self.recordings, alone)
             if met and overall_rms(self.recordings, found) <= limit:
                 return 0.0

@@ -18,7 +18,7 @@ from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.known import Known, half_width
 from synth.fit.recordings import Recording
-from synth.fit.static_points import Balance
+from synth.fit.static_points import Balance, linearised, spread_at
 from synth.fit.uncertainty import LOOSE_RATE
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg, Spring
@@ -42,8 +42,8 @@ class Proposal:
 
     ``angles`` (n,) rad measured, the pose; ``torque`` N m about ``joint`` in the measured sense; errors as standard
     deviations; ``now`` the spring rate with its reported interval, ``before`` and ``after`` the 90 % half-width as a
-    factor minus one. ``tip_mass`` kg: a mass that could replace the torque, ``tip_angle`` rad the joint's angle with
-    it, and ``tip_after``.
+    factor minus one. ``spread`` rad, of the free angle in the pose, which ``after`` allows for. ``tip_mass`` kg: a mass
+    that could replace the torque, ``tip_angle`` rad the joint's angle with it, and ``tip_after``.
     """
 
     joint: str
@@ -55,6 +55,7 @@ class Proposal:
     now: Estimate
     before: float
     after: float
+    spread: float = 0.0
     tip_mass: float | None = None
     tip_angle: float | None = None
     tip_after: float | None = None
@@ -82,6 +83,11 @@ class Proposal:
                 f". Or hang {1e3 * self.tip_mass:.0f} g at the tip: the {self.joint} comes to rest near "
                 f"{np.degrees(self.tip_angle):.0f} deg, and the pose then read to "
                 f"+-{np.degrees(self.angle_error):.1f} deg fixes it to {share_text(self.tip_after)}"
+            )
+        if self.spread > 0.0:
+            text += (
+                ". That allows for a free angle that shifts as from trial to trial; poses of one `session` with "
+                "different torques share the shift and tell more"
             )
         return f"{text}. Enter it under static: in the project"
 
@@ -114,24 +120,29 @@ class Proposal:
 
 
 def proposals(
-    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Known
+    unknowns: SpringsAndDampers,
+    recordings: Sequence[Recording],
+    values: Array,
+    known: Known,
+    spread: Array | None = None,
 ) -> tuple[Proposal, ...]:
     """A static point for every joint whose spring rate is not determined by the trials and existing points.
 
-    Only those that make the reported interval narrower; none of a spring that is not told from none.
+    Only those that make the reported interval narrower; none of a spring that is not told from none. ``spread`` (n,)
+    rad of the points' free angles, as in ``Weights.points``.
     """
     found = []
     for place, j in enumerate(unknowns.rates):
         loose = known.deviation(place) > LOOSE_RATE and np.isfinite(known.ends[0][place])
         if loose and any(j in recording.free for recording in recordings):
-            proposal = _proposal(unknowns, recordings, values, known, j)
+            proposal = _proposal(unknowns, recordings, values, known, j, spread_at(spread, j))
             if proposal is not None and np.log1p(proposal.after) <= WORTH * np.log1p(proposal.before):
                 found.append(proposal)
     return tuple(found)
 
 
 def _proposal(
-    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Known, j: int
+    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Known, j: int, spread: float
 ) -> Proposal | None:
     """The point that determines joint ``j``'s rate best, with the least accurate reading that reaches the goal."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
@@ -158,7 +169,7 @@ def _proposal(
         for index, (held, torque, spring, of_weight) in enumerate(points):
             error = max(share * abs(torque), 1e-9)
             point = Balance("", j, float(held[j]), spring, float(np.hypot(error, of_weight)), angle_error)
-            after = _deviation_after_point(unknowns, values, known.total, point, place)
+            after = _deviation_after_point(unknowns, values, known.total, point, spread)
             if best is None or after < best[0]:
                 best = after, index, error, angle_error
         assert best is not None
@@ -176,6 +187,7 @@ def _proposal(
         known.estimates[f"spring_rate {leg.joint_names[j]}"],
         known.half_width(place),
         half_width(best[0]),
+        spread,
     )
     return _with_tip_mass(made, unknowns, fitted, pose, values, known, j)
 
@@ -192,7 +204,7 @@ def _with_tip_mass(
     made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Known, j: int
 ) -> Proposal:
     """The proposal with the smallest mass at the tip that reaches the goal, if any."""
-    leg, place = unknowns.leg, unknowns.rate_at(j)
+    leg = unknowns.leg
     mass = sum(joint.link.mass for joint in leg.joints)
     for share in TIP_SHARES:
         try:
@@ -204,7 +216,7 @@ def _with_tip_mass(
         spring = -float(static_torque(coefficients(leg, share * mass), hung, leg.tilt)[j])
         error = max(known.weight * abs(spring), 1e-9)
         point = Balance("", j, float(hung[j]), spring, error, made.angle_error)
-        after = _deviation_after_point(unknowns, values, known.total, point, place)
+        after = _deviation_after_point(unknowns, values, known.total, point, made.spread)
         if after <= AIM:
             angle = float(leg.to_measured(hung)[j])
             return replace(made, tip_mass=share * mass, tip_angle=angle, tip_after=half_width(after))
@@ -212,15 +224,23 @@ def _with_tip_mass(
 
 
 def _deviation_after_point(
-    unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, place: int
+    unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, spread: float
 ) -> float:
-    """Standard deviation of the log rate with one more point (Sherman-Morrison on the covariance)."""
-    places = [place, unknowns.rest_at(point.joint)]
-    slope = np.zeros(len(values))
-    slope[places] = point.slope(*values[places])
-    spread = known @ slope
-    variance = known[place, place] - spread[place] ** 2 / (1.0 + slope @ spread)
-    return float(np.sqrt(max(variance, 0.0)))
+    """Standard deviation of the log rate with one more point (Woodbury on the covariance ``known`` (p, p)).
+
+    ``spread`` rad of the points' free angles, which may be one with that of points that the joint has already.
+    """
+    places = [unknowns.rate_at(point.joint), unknowns.rest_at(point.joint)]
+    beside = [each for each in unknowns.balances if (each.joint, each.session) == (point.joint, point.session)]
+
+    def information(some: Sequence[Balance]) -> Array:
+        slope = linearised(some, float(values[places[0]]), float(values[places[1]]), spread)[1]
+        return np.asarray(slope.T @ slope)
+
+    added = information([*beside, point]) - (information(beside) if beside else 0.0)
+    near = known[np.ix_(places, places)]
+    fall = near[0] @ np.linalg.solve(np.eye(2) + added @ near, added @ near[0])
+    return float(np.sqrt(np.clip(near[0, 0] - fall, 0.0, near[0, 0])))
 
 
 def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:

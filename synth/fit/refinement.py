@@ -36,6 +36,7 @@ def refine(
     spread: Array,
     *,
     centre: Array | None = None,
+    points: Array | None = None,
     rounds: int = NOISE_ROUNDS,
 ) -> Stage:
     """Solve, estimate each joint's noise from the residuals, and repeat until the noise is constant.
@@ -44,6 +45,7 @@ def refine(
     ----------
     weight : noise, amplitude or equal, see ``FitOptions``.
     spread : (n,) rad of the rest angles' shifts, about zero or ``centre`` (n_trial, n) rad.
+    points : (n,) rad, spread of the rest angles at static points; None: they have the common ones.
     """
     relative, counts = _relative_noise(recordings, weight), encoder_counts(recordings)
     lanes = start.lanes or shared_out(
@@ -51,7 +53,7 @@ def refine(
     )
     predictions = [found.prediction for found in lanes]
     noise = np.nan_to_num(clipped_rms(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
-    weights = Weights(relative * noise, spread, centre)
+    weights = Weights(relative * noise, spread, centre, points=points)
     solution = solve(
         model, recordings, replace(start, damping=NEAR_DAMPING, lanes=lanes), weights,
         max_iterations=ROUGH_ITERATIONS, tolerance=ROUGH_TOLERANCE,
@@ -63,7 +65,7 @@ def refine(
         found, rounding = _noise(recordings, solution.predictions, weight, counts)
         change = np.abs(np.log(found / noise)).max()
         noise = found
-        weights = Weights(relative * noise, spread, centre, rounding)
+        weights = Weights(relative * noise, spread, centre, rounding, points)
         solution = solve(
             model, recordings, replace(FitStart.at(solution), damping=min(solution.damping, NEAR_DAMPING)), weights,
             tolerance=FINE_TOLERANCE,

@@ -110,7 +110,7 @@ def result_of(
         reason=chosen.reason,
         lost_samples=sum(recording.n_lost for recording in recordings),
         static=static,
-        proposals=proposals(unknowns, recordings, chosen.values, known),
+        proposals=proposals(unknowns, recordings, chosen.values, known, fitted.stage.weights.points),
         families=alike,
         drawn=DrawnLegs.of(unknowns, nones[mode].drawn(unknowns, chosen.values, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
@@ -184,7 +184,8 @@ def _none_rates(
 def _excess(model: TrajectoryModel, recordings: Sequence[Recording], treatment: Treatment) -> Array:
     """(p, p) covariance of what neither readings' noise nor links explain: free angles' spread, a filter's bending."""
     bent = bent_by_filter(model, recordings, treatment.stage)
-    return treatment.excess(unknowns_of(model)) + np.outer(bent, bent)
+    spread = treatment.excess(unknowns_of(model), covariance(model, treatment.stage.solution))
+    return spread + np.outer(bent, bent)
 
 
 def _draws(
@@ -249,9 +250,9 @@ def _mass_scale(
 def _static(unknowns: SpringsAndDampers, fitted: FittedTreatments) -> tuple[JudgedPoint, ...]:
     """The static points and their fit, those that are no part of it last."""
     rate, rest = unknowns.springs(fitted.stage.solution.values)
-    rate = np.exp(rate)
-    others = judge_points([each.balance for each in fitted.left_out], rate, rest, left_out=True)
-    return (*judge_points(unknowns.balances, rate, rest), *others)
+    rate, spread = np.exp(rate), fitted.stage.weights.points
+    others = judge_points([each.balance for each in fitted.left_out], rate, rest, spread, left_out=True)
+    return (*judge_points(unknowns.balances, rate, rest, spread), *others)
 
 
 def _contradicting_points(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:

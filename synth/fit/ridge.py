@@ -52,7 +52,7 @@ def soften(
     """Move every joint whose spring and damper rate are not separable to the softest values that fit equally well."""
     unknowns = unknowns_of(model)
     loose = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in loose_joints(model, solution)]
-    best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values)
+    best, points = overall_rms(recordings, solution), static_cost(unknowns, solution.values, weights.points)
     softest = np.log(outboard_inertia(model.leg) * SOFTEST_DECAY / unknowns.box.unit)
     moved: list[tuple[int, Array, str]] = []
     pinned = unknowns.beliefs
@@ -67,7 +67,7 @@ def soften(
             middle = 0.5 * (high + low)
             found = search.refit(j, solution, middle)
             along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME_QUOTIENT
-            points_fit = static_cost(unknowns, found.values) <= points + POINTS_COST
+            points_fit = static_cost(unknowns, found.values, weights.points) <= points + POINTS_COST
             if along and points_fit and overall_rms(recordings, found) <= limit:
                 high, solution = middle, found
             else:
@@ -132,9 +132,9 @@ def loose_joints(model: TrajectoryModel, solution: Solution) -> list[int]:
     return [j for _, j in sorted(found, reverse=True)]
 
 
-def static_cost(unknowns: SpringsAndDampers, values: Array) -> float:
-    """The cost of the static points, which limits a move along a ridge."""
-    measured = unknowns.measured(values)
+def static_cost(unknowns: SpringsAndDampers, values: Array, spread: Array | None) -> float:
+    """The cost of the static points, which limits a move along a ridge; ``spread`` (n,) rad of their free angles."""
+    measured = unknowns.measured(values, spread)
     return 0.0 if measured is None else measured[0]
 
 

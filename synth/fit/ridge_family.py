@@ -107,7 +107,8 @@ def families(
         reported.predictions,
         unknowns_of(model),
         difference=MOST_APART * overall_rms(recordings, reported),
-        points=static_cost(unknowns_of(model), reported.values) + POINTS_COST,
+        points=static_cost(unknowns_of(model), reported.values, stage.weights.points) + POINTS_COST,
+        spread=stage.weights.points,
     )
     if least is None:
         limits = replace(limits, cost=reported.cost + COST_RISE)
@@ -120,7 +121,10 @@ def families(
 
 @dataclass(frozen=True)
 class _Limits:
-    """Upper limits of a member: cost, overall RMS (rad), RMS (rad) off the reported motion, cost of static points."""
+    """Upper limits of a member: cost, overall RMS (rad), RMS (rad) off the reported motion, cost of static points.
+
+    ``spread`` (n,) rad of the static points' free angles.
+    """
 
     recordings: Sequence[Recording]
     reported: Sequence[Array]
@@ -129,12 +133,13 @@ class _Limits:
     points: float
     cost: float = np.inf
     rms: float = np.inf
+    spread: Array | None = None
 
     def allow(self, found: Solution) -> bool:
         """Whether a solution fits trials and static points as well as the reported one, and moves alike."""
         if not (found.cost <= self.cost and overall_rms(self.recordings, found) <= self.rms):
             return False
-        if static_cost(self.unknowns, found.values) > self.points:
+        if static_cost(self.unknowns, found.values, self.spread) > self.points:
             return False
         return rms_difference(self.recordings, found.predictions, self.reported) <= self.difference
 

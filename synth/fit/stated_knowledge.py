@@ -92,9 +92,10 @@ def stated_knowledge(
     if links is None:
         return None
     values, whole = stage.solution.values, stage.solution.information.schur()
-    gradient, stated = _stated(unknowns, values)
+    spread = stage.weights.points
+    gradient, stated = _stated(unknowns, values, spread)
     coupled = -whole @ links.considered.sensitivity
-    beside = gradient_by_links(model, values, widths, static) if static else np.zeros_like(coupled)
+    beside = gradient_by_links(model, values, widths, static, spread) if static else np.zeros_like(coupled)
     # The fit is at a minimum: the gradient by the trials is that by what is stated, with the other sign.
     of_trials = _on_links(whole - stated, coupled - beside, -gradient)
     of_stated = _on_links(stated, beside, gradient)
@@ -132,13 +133,13 @@ def with_stated(
     return found, replace(links, considered=Considered(links.considered.sensitivity + error.by_links))
 
 
-def _stated(unknowns: SpringsAndDampers, values: Array) -> tuple[Array, Array]:
-    """Gradient (p,) and information (p, p) of priors and static points."""
+def _stated(unknowns: SpringsAndDampers, values: Array, spread: Array | None) -> tuple[Array, Array]:
+    """Gradient (p,) and information (p, p) of priors and static points; ``spread`` (n,) rad of their free angles."""
     gradient, information = np.zeros(len(values)), np.zeros((len(values), len(values)))
     for place, mean, precision in unknowns.beliefs:
         gradient[place] += precision * (values[place] - mean)
         information[place, place] += precision
-    measured = unknowns.measured(values)
+    measured = unknowns.measured(values, spread)
     if measured is not None:
         gradient, information = gradient + measured[1], information + measured[2]
     return gradient, information

@@ -28,13 +28,21 @@ class Treatment:
     ends: Array | None = None
     of_mean: Array | None = None
 
-    def excess(self, unknowns: SpringsAndDampers) -> Array:
-        """(p, p) to add to the unknowns' covariance, because the spread of their free angles is estimated."""
+    def excess(self, unknowns: SpringsAndDampers, covariance: Array) -> Array:
+        """(p, p) to add to the unknowns' ``covariance`` (p, p), because the spread of their free angles is estimated.
+
+        It is of the trials' mean free angle. Static points hold the estimates against it, and a rate that they
+        determine by it follows: with their information B and the covariance C, the estimates move by I - C B.
+        """
         added = np.zeros(len(unknowns.names))
         if self.of_mean is not None:
             for j in unknowns.rests:
                 added[unknowns.rest_at(j)] = self.of_mean[j]
-        return np.diag(added)
+        beside = unknowns.measured(self.stage.solution.values, self.stage.weights.points)
+        if beside is None:
+            return np.diag(added)
+        moved = np.eye(len(added)) - covariance @ beside[2]
+        return np.asarray(moved @ np.diag(added) @ moved.T)
 
 
 @dataclass(frozen=True)

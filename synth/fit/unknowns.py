@@ -12,7 +12,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
 from synth.fit.search_box import LIMB, SearchBox
-from synth.fit.static_points import Balance
+from synth.fit.static_points import Balance, groups, linearised, spread_at
 from synth.swing.chain import Chain
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.mechanics import outboard_inertia
@@ -51,8 +51,11 @@ class Unknowns(Protocol):
     def rest_index(self) -> tuple[int | None, ...]:
         """For each joint the index of its rest angle, or None."""
 
-    def measured(self, values: Array) -> tuple[float, Array, Array] | None:
-        """Cost, gradient (p,) and information (p, p) of measurements other than trials; None if there are none."""
+    def measured(self, values: Array, spread: Array | None) -> tuple[float, Array, Array] | None:
+        """Cost, gradient (p,) and information (p, p) of measurements other than trials; None if there are none.
+
+        ``spread`` (n,) rad of the free angles that they have, about the common ones; None: they have these.
+        """
 
     def write(self, lanes: Array, values: Array) -> None:
         """Write ``values`` (n_unknown, n_lane) into ``lanes`` (n_row, n_lane)."""
@@ -153,17 +156,23 @@ class SpringsAndDampers:
         n = len(self.leg.joints)
         return tuple(self.rest_at(j) if j in self.rests else None for j in range(n))
 
-    def measured(self, values: Array) -> tuple[float, Array, Array] | None:
+    @cached_property
+    def _groups(self) -> tuple[tuple[Balance, ...], ...]:
+        return tuple(tuple(self.balances[k] for k in numbers) for numbers in groups(self.balances))
+
+    def measured(self, values: Array, spread: Array | None) -> tuple[float, Array, Array] | None:
         """The static points' term: half their squared residuals, with gradient and information."""
         if not self.balances:
             return None
         cost, gradient, information = 0.0, np.zeros(len(values)), np.zeros((len(values), len(values)))
-        for point in self.balances:
-            places = [self.rate_at(point.joint), self.rest_at(point.joint)]
-            residual, slope = point.residual(*values[places]), point.slope(*values[places])
-            cost += 0.5 * residual**2
-            gradient[places] += residual * slope
-            information[np.ix_(places, places)] += np.outer(slope, slope)
+        for group in self._groups:
+            joint = group[0].joint
+            places = [self.rate_at(joint), self.rest_at(joint)]
+            log_rate, rest = (float(each) for each in values[places])
+            residual, slope = linearised(group, log_rate, rest, spread_at(spread, joint))
+            cost += 0.5 * float(residual @ residual)
+            gradient[places] += residual @ slope
+            information[np.ix_(places, places)] += slope.T @ slope
         return cost, gradient, information
 
     def write(self, lanes: Array, values: Array) -> None:

@@ -119,14 +119,18 @@ def _final_poses(leg: Leg, recordings: Sequence[Recording]) -> tuple[StaticPoint
     """The final poses of the releases as static points: spring and weight balance there, within ``STICKING_ANGLE``.
 
     The thesis also derives its free angles from them. Without them a very soft spring with a distant free angle fits
-    the releases equally well.
+    the releases equally well. Each release has its own free angle, in its final pose too.
     """
     points = []
     for recording, start in zip(recordings, starts(recordings), strict=True):
         pose = leg.to_measured(start.end)
         nothing = np.zeros(len(pose))
         tilt = recording.conditions.tilt
-        points.append(StaticPoint(recording.name, pose, nothing, (0,), tilt=tilt, angle_error=STICKING_ANGLE))
+        points.append(
+            StaticPoint(
+                recording.name, pose, nothing, (0,), tilt=tilt, angle_error=STICKING_ANGLE, session=recording.name
+            )
+        )
     return tuple(points)
 
 

@@ -14,7 +14,7 @@ SECTIONS: dict[str, str] = {
     "with a mapping of its own: `knee: {mass: 5 %}`.",
     "prior": "Prior standard deviations of the leg file's own values; default: no prior.",
     "static": "One item under `static:`: a pose in which the leg was held still. One that contradicts the recordings "
-    "is named and left out.",
+    "is named and left out. Where free angles shift from trial to trial, that of a point is shifted as much.",
     "clock": "The clock's column, if its name does not identify it.",
     "input_column": "A column with an input of a drive; the column's name alone is also allowed.",
     "command_column": "The column of a joint's command; the column's name alone is also allowed.",
@@ -80,6 +80,9 @@ KEYS: dict[str, str] = {
     "static.tilt": "The base's tilt, added to the leg's own.",
     "static.torque_error": "Standard deviation of the torque; default: a share of the spring's torque.",
     "static.angle_error": "Standard deviation of the angles.",
+    "static.session": "A name, the same for points measured in one go, between which the free angles stay: they share "
+    "a shift where free angles shift from trial to trial. Without it, it is not known whether points share one: of "
+    "both cases what tells less is assumed.",
     "gap.kind": KIND,
     "gap.leg": "The leg as designed and simulated.",
     "gap.trials": "Recordings of the built leg.",
