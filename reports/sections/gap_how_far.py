@@ -105,7 +105,7 @@ def _steps(gap: Json, document: Json) -> list[Json]:
         "none": f"the same: {'causes were not judged' if within_accuracy(document) else none}",
         "unknown": "with the nearest explanation, not accepted"
         if sequence(document, "explanation")
-        else "the same: no explanation reduces the error",
+        else "the same: no explanation was accepted",
     }
     return [
         {"key": key, "name": name, "what": others.get(verdict, what) if key == "after" else what, "rms": gap.get(key)}

@@ -62,6 +62,15 @@ class Findings(Generic[F, S]):
         return (self.judged.accepted if self.explained else self.found.none).fit
 
     @property
+    def of_diagnosed(self) -> F | None:
+        """The hypothesis whose numbers the diagnosed leg has; None, those stated, where the missing effect is unknown.
+
+        There the numbers take up what is missing as far as their tolerances let them, and a next diagnosis that began
+        from them would let them as far again.
+        """
+        return None if self.judged.verdict == "unknown" else self.best
+
+    @property
     def likeliest(self) -> F:
         """The hypothesis accepted as if no accuracy were required, else the nominal leg's best fit."""
         accepted = self.odds.verdict in ("effect", "tie")

@@ -295,12 +295,16 @@ def with_doubt_of_held_out(judged: Judgement[F], fails: float) -> Judgement[F]:
 
 
 def with_further_doubt(judged: Judgement[F], chance: float) -> Judgement[F]:
-    """The verdict with a further probability that its explanation does not hold: "unknown" above a half."""
+    """The verdict with a further probability that its explanation does not hold.
+
+    "unknown" above a half, and in place of "none" where it is more probable than that.
+    """
     unknown = 1.0 - (1.0 - judged.unknown) * (1.0 - chance)
     kept = (1.0 - unknown) / max(1.0 - judged.unknown, 1e-12)
     singles = tuple((item, probability * kept) for item, probability in judged.singles)
     made = replace(judged, singles=singles, none=judged.none * kept, unknown=unknown)
-    return replace(made, verdict="unknown", tied=()) if unknown > 0.5 else made
+    outweighed = judged.verdict == "none" and made.none < unknown
+    return replace(made, verdict="unknown", tied=()) if unknown > 0.5 or outweighed else made
 
 
 def open_explanations(judged: Judgement[F]) -> list[tuple[F, float]]:
@@ -330,8 +334,8 @@ def _verdict(
     if unknown > 0.5:
         return "unknown", ()
     best = hypotheses[heaviest]
-    if not best.keys:
-        return "none", ()
+    if not best.keys:  # "none" would say more than is known where something missing is more probable
+        return ("none" if (1.0 - unknown) * weights[heaviest] >= unknown else "unknown"), ()
     size = len(best.keys)
     rivals = [(h, w) for h, w in zip(hypotheses, weights, strict=True) if h is not best and len(h.keys) == size]
     tied = tuple(h for h, w in rivals if w * calibration.tie_odds > weights[heaviest])

@@ -141,7 +141,7 @@ def checked_columns(columns: Columns, leg: Leg) -> Recorded:
     values = columns.values
     time = values["time"]
     problems = _time_problems(columns)
-    problems += _empty_columns(columns)
+    problems += _empty_columns(columns, leg)
     angles = np.column_stack([values[joint] for joint in leg.joint_names])
     jumps: tuple[int, ...] = ()
     if not problems:
@@ -213,9 +213,16 @@ def _time_problems(columns: Columns) -> list[Problem]:
     return [columns.problem(f"time {what}: {before}, then {after}{more}", "time", row)]
 
 
-def _empty_columns(columns: Columns) -> list[Problem]:
+def _empty_columns(columns: Columns, leg: Leg) -> list[Problem]:
+    needed = (
+        "; each trial needs the angle of every joint, of a locked one that at which it is held. Leave the trial out"
+    )
     return [
-        columns.problem("is empty from top to bottom; leave the column out or record it", name, None)
+        columns.problem(
+            "is empty from top to bottom" + (needed if name in leg.joint_names else "; leave it out or record it"),
+            name,
+            None,
+        )
         for name, values in columns.values.items()
         if name != "time" and len(values) and np.isnan(values).all()
     ]

@@ -23,6 +23,8 @@ from synth.fit.recordings import Recording
 from synth.motion.counts import LEAST_GAP, on_counts, width_of
 from synth.motion.low_pass import LowPass
 from synth.noise import robust_deviation, unit_differences
+from synth.remarks import decisive
+from synth.units import significant
 
 DIFFERENCE_ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
 STRIDE_ORDER = 10  # of those of every D-th sample: the motion takes over later
@@ -37,6 +39,7 @@ FILTERED_GROWTH = 1.5  # times that exponent, growth at smaller D if a filter is
 NOISE_TO_MOTION = 3e-3  # of the motion, below which differences of every D-th sample are not yet the motion's own
 # Of the motion, below which the step of the readings is a file's rounding, not an encoder's count.
 FINE_STEP_TO_MOTION = 1e-4
+CONTRADICTED = 3.0  # times the shown noise, or a third of it: the readings tell it within some per cent
 LEAST_NOISE = 1e-9  # rad: so that readings of a simulation have some noise
 ROUNDING_RATIO = 2.0  # times the noise of rounding, below which differences show the rounding
 
@@ -50,7 +53,8 @@ class AngleSensor:
     ``of_mean`` (n,) : noise of a used angle over that of a reading, below 1 where dense readings are averaged.
     ``filters`` (n,) : what the noise went through, None where it seems independent from one reading to the next; of
     the joints ``by_spectrum`` the spectrum shows it.
-    ``rounding_only`` : joints that show no noise but the rounding of the file's last digit.
+    ``rounding_only`` : joints that show no noise but the rounding of the file's last digit. ``doubts`` : sentences on
+    stated noises that the readings contradict.
     """
 
     noise: Array
@@ -61,6 +65,7 @@ class AngleSensor:
     filters: tuple[LowPass | None, ...] = ()
     by_spectrum: tuple[int, ...] = ()
     rounding_only: tuple[int, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def stated(self, joints: Sequence[str], noise: Mapping[str, float] | None) -> AngleSensor:
         """With the noise (rad) of a reading that a project states of some joints, in place of what they show."""
@@ -68,7 +73,25 @@ class AngleSensor:
         known = {joints.index(joint): value * share[joints.index(joint)] for joint, value in (noise or {}).items()}
         found = self.noise.copy()
         found[list(known)] = [*known.values()]
-        return replace(self, noise=found, known=tuple(known))
+        doubts = [
+            _doubt(joint, value, float(self.noise[j] / share[j]))
+            for joint, value in (noise or {}).items()
+            if (j := joints.index(joint)) not in self.rounding_only
+        ]
+        return replace(self, noise=found, known=tuple(known), doubts=tuple(each for each in doubts if each is not None))
+
+
+def _doubt(joint: str, stated: float, shown: float) -> str | None:
+    """A sentence on a stated noise (rad) that is ``CONTRADICTED`` times the one that the readings show, or less so."""
+    if shown <= 0.0 or 1.0 / CONTRADICTED < stated / shown < CONTRADICTED:
+        return None
+    what, seen = (f"{significant(float(np.degrees(each)), 2)} deg" for each in (stated, shown))
+    text = f"{joint}: a noise of {what} is stated, and the readings scatter by {seen} from one to the next"
+    remedy = (
+        "The stated one is used, in odds and remainder: check its digits and its unit, or leave it out. An error that "
+        "lasts from reading to reading is stated as accuracy:"
+    )
+    return decisive(text, remedy)
 
 
 def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:

@@ -169,3 +169,12 @@ def test_samples_are_thinned_evenly() -> None:
     assert np.ptp(np.diff(thin.time)) < 1e-9
     assert thin.held_out
     assert len(angle_trial(read(TRIALS)[0], held_out=False).time) == len(TIME)
+
+
+@pytest.mark.parametrize(("factor", "told"), [(0.1, True), (0.5, False), (2.0, False), (7.0, True)])
+def test_a_stated_noise_that_the_readings_contradict_is_doubted(factor: float, told: bool) -> None:
+    """A slip of a digit made a leg four times better than perfect, or white noise an unexplained remainder."""
+    made = recordings(TWO, recorded(TWO), ())
+    shown = estimate_sensor(made)
+    doubts = shown.stated(TWO.joint_names, {"knee": factor * float(shown.noise[1])}).doubts
+    assert [text.startswith("knee: a noise of ") for text in doubts] == [True] * told

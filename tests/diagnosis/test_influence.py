@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.simulated_releases import TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import TWO, heavier, off, recorded, with_effects
 from synth.diagnosis import influence
 from synth.diagnosis.angle_search import as_designed, rms_over_noise
 from synth.diagnosis.angle_trials import angle_trial
@@ -37,6 +37,18 @@ def test_a_contradicting_recording_is_named() -> None:
     result = diagnose(TWO, [trials[0], slipped, *trials[2:]], Tolerance())
     (warning,) = [text for text in result.warnings if "depends on" in text or "contradicts the others" in text]
     assert trials[1].name in warning
+
+
+def test_a_recording_that_hides_a_cause_is_named() -> None:
+    """Nothing explains four recordings of which one has a mass that is not told; friction explains the other three."""
+    built = with_effects(off(TWO, 4, 0.5), FRICTION)
+    trials = recorded(built, seed=2)
+    loaded = recorded(heavier(built, "knee", 0.5), seed=2)[1]
+    result = diagnose(TWO, [trials[0], loaded, *trials[2:]], Tolerance())
+    assert result.verdict == "unknown"
+    (warning,) = [text for text in result.warnings if "contradicts the others" in text]
+    assert warning.startswith(f"{loaded.name} contradicts the others: with coulomb_friction (hip) their error is ")
+    assert result.diagnosed == TWO  # numbers at the ends of their tolerances would be the next diagnosis' design
 
 
 def test_consistent_recordings_give_no_influence_warning() -> None:

@@ -368,7 +368,7 @@ def diagnose(
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
         scored_on=plant.scored_names,
         trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
-        diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
+        diagnosed=diagnosed_leg(leg, tolerances, findings.of_diagnosed, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
         moved_numbers=moved,
     )
@@ -394,7 +394,7 @@ def scene_of(
     given, held = cut_into_pieces(leg, predictor, learnt), cut_into_pieces(leg, predictor, held)
     warnings = [*held_start_remarks(held_starts(leg, made, found, tolerances)), *sentences_on_reading(made), *copied]
     cut = filter(None, [cut_sentence([*given, *held])])
-    warnings += [*smeared, *left_out_sentences(leg, learnt, len(spare), legs), *cut]
+    warnings += [*smeared, *found.doubts, *left_out_sentences(leg, learnt, len(spare), legs), *cut]
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(with_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE_SAMPLES)
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed, legs), tuple(warnings)

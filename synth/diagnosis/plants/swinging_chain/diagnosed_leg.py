@@ -19,8 +19,15 @@ from synth.swing.stated_effects import COUNTS
 from synth.swing.tolerances import Tolerances
 
 
-def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[CoarseChannel]) -> Leg:
-    """A leg for a leg file; effects that change a number of the leg are included in that number."""
+def diagnosed_leg(
+    leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis | None, coarse: Sequence[CoarseChannel]
+) -> Leg:
+    """A leg for a leg file; effects that change a number of the leg are included in that number.
+
+    ``fit`` : None, the leg as it is.
+    """
+    if fit is None:
+        return leg
     made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
     for candidate, place in zip(chain_candidates(fit.hypothesis), fit.slices, strict=True):
         x = fit.unknowns[place]
