@@ -109,7 +109,7 @@ class Parameter:
     ``below`` : exclusive limits of a value in a file, beside those that follow from the prior. ``label`` : words that
     people read in place of the name; ``form`` : as which they read the value, a change with its sign, a share in per
     cent. ``added_to`` : the quantity of the designed joint that a change is added to, see ``DESIGNED``. ``choices`` :
-    words for the values 0 and 1 of a parameter that has no others.
+    words for the values 0 and 1 of a parameter that has no others; a file may give no other one.
     """
 
     name: str
@@ -140,6 +140,8 @@ class Parameter:
         A parameter whose prior ends at 0 or above is a size. One that is not 0 where its effect is off, nor a ratio
         that may vanish, divides.
         """
+        if self.choices and value not in range(len(self.choices)):
+            return " or ".join(f"{number} ({words})" for number, words in enumerate(self.choices))
         if not value > self.above:
             return f"more than {self.above:g}"
         if not value < self.below:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,8 +18,9 @@ from synth.files.drive import drive_text
 from synth.files.leg_keys import DamperKeys, JointKeys, LegKeys, SpringKeys, check_across
 from synth.files.output import write_text
 from synth.files.paths import inside
-from synth.files.validate import check_kind, check_part, gathering, near, raise_if_any
+from synth.files.validate import ROUNDED, check_kind, check_part, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
+from synth.swing.drive_needs import BY_TRIALS, drive_needs, lacking, needs_by_file
 from synth.swing.effects import Effect, registered
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
@@ -84,6 +86,7 @@ def leg_of(
     joints = [reader.joint(item, ("joints", index)) for index, item in items]
     base = reader.effects(document.value.get("effects"), ("effects",), where="base")
     check_across(document, problems)
+    reader.require_drives(joints)
     if file is None or len(problems) > before:
         return None
     return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
@@ -211,6 +214,7 @@ class _Reader:
     given: Sequence[Effect] | None
     problems: list[Problem]
     curve_of: Callable[[str], DamperCurve]
+    stated: list[tuple[Key, Effect, Mapping[str, float]]] = field(default_factory=list)  # effects, where they stand
 
     @cached_property
     def specifications(self) -> Mapping[str, Effect]:
@@ -283,7 +287,29 @@ class _Reader:
                     self.refuse("is given twice; keep one", place)
                 elif isinstance(parameters, dict):
                     result[name] = self.parameters(parameters, self.specifications[name], place)
+                    self.stated.append((place, self.specifications[name], result[name]))
         return result
+
+    def require_drives(self, joints: Sequence[Joint | None]) -> None:
+        """Refuse effects of a drive, motor or supply which no joint of theirs has, whatever the trials are.
+
+        Not where a joint or its drive has a mistake of its own: it may be the drive that they need.
+        """
+        given = self.document.value.get("joints")
+        read = [joint for joint in joints if joint is not None]
+        if not self.stated or len(read) < len(joints) or not isinstance(given, list):
+            return
+        if any(joint.drive is None and raw.get("drive") is not None for joint, raw in zip(read, given, strict=False)):
+            return
+        drives = [joint.drive for joint in read]
+        at = [needs_by_file(drives, j) for j in range(len(read))]
+        for place, effect, values in self.stated:
+            there = at[int(place[1])] if place[0] == "joints" else set().union(*at)
+            missing = lacking(drive_needs(effect, values), there | BY_TRIALS)
+            if missing:
+                whose = read[int(place[1])].name if place[0] == "joints" else "the leg"
+                text = f'"{effect.name}" needs {missing}, which {whose} lacks; state that in `drive:`, or leave the '
+                self.refuse(text + "effect out", place)
 
     def parameters(self, given: dict[str, object], effect: Effect, key: Key) -> dict[str, float]:
         known = {parameter.name: parameter for parameter in effect.parameters}
@@ -300,7 +326,22 @@ class _Reader:
             if parameter.default is None and parameter.name not in given:
                 example = units.MEANINGS.get(parameter.unit, ("", f"1 {parameter.unit}"))[1]
                 self.refuse(f'"{parameter.name}" is missing: write it, for example {example}', key)
+        self.require_together(given, result, effect, key)
         return result
+
+    def require_together(
+        self, given: Mapping[str, object], read: Mapping[str, float], effect: Effect, key: Key
+    ) -> None:
+        """Refuse parameters that cannot be together: none of those of which one is needed, or ends that cross."""
+        if effect.any_of and given.keys().isdisjoint(effect.any_of):
+            unit = effect.parameters[effect.index(effect.any_of[0])].unit
+            example = units.MEANINGS.get(unit, ("", f"1 {unit}"))[1]
+            names = " or ".join(f'"{name}"' for name in effect.any_of)
+            self.refuse(f"{names} is missing: write one or more, for example {effect.any_of[0]}: {example}", key)
+        for low, high in pairwise(effect.ascending):
+            if low in read and high in read and read[low] - read[high] > ROUNDED * abs(read[low]):
+                text = f"{given[high]} is not allowed: it must be at least {low}, which is {given[low]}"
+                self.refuse(text, (*key, high))
 
     def refuse(self, text: str, key: Key) -> None:
         self.problems.append(self.document.problem(text, key))

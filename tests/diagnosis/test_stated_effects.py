@@ -214,6 +214,18 @@ def test_stated_counts_are_found_from_the_readings() -> None:
     assert causes(diagnose(leg, recorded(leg), Tolerance())) == [("encoder_quantisation", "knee")]
 
 
+def test_ends_of_a_stop_do_not_cross_in_a_cause_beside_a_stated_one() -> None:
+    """A lower end above the whole motion is a mistake; the diagnosed leg with the upper one found is read again."""
+    leg = with_effects(TWO, {"knee": {"joint_stop": {"lower": 9.0, "stiffness": 5.0}}})
+    (upper,) = [
+        each
+        for each in in_stated_forms(candidates_of(leg))
+        if each.key == ("joint_stop", "knee") and "upper" in each.shape.free
+    ]
+    named = upper.named(upper.starts()[0])
+    assert named["lower"] == named["upper"] < 9.0
+
+
 def test_more_links_than_the_engine_has_are_refused_and_not_simulated() -> None:
     """A chain of eight links was zeros."""
     mount = {"base_compliance": {"stiffness": 400.0, "rocking_stiffness": 50.0}}

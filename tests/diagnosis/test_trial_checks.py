@@ -159,3 +159,23 @@ def test_stated_effects_are_told_as_part_of_the_designed_leg() -> None:
         "coulomb_friction (knee), base_compliance (base)"
     )
     assert counts.startswith("knee: encoder_quantisation is stated in the leg file, but not simulated: ")
+
+
+def test_a_stated_effect_of_a_torque_that_no_trial_has_is_no_part_of_the_leg() -> None:
+    """It was told as such, and the answer was that without it."""
+    stated = {"torque_gain": {"share": 0.5}, "gear_friction": {"share": 0.1}, "coulomb_friction": {"torque": 0.1}}
+    leg = LEG.with_joints(knee={"effects": stated})
+    trials = [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]
+    gain, friction, simulated = check_trials(leg, trials)
+    assert gain == (
+        "knee: torque_gain, which the leg file states, acts in no trial: it needs a known torque; no trial has a "
+        'column "knee torque [N*m]" beyond 0 with the joint free'
+    )
+    assert friction.startswith("knee: gear_friction, which the leg file states, acts in no trial: it needs a servo, ")
+    assert simulated == "part of the designed leg, as its file states: coulomb_friction (knee)"
+    torques = np.zeros((len(TIME), 3))
+    torques[:, 1] = 0.01
+    told = check_trials(leg, [replace(trials[0], torques=torques), trials[1]])
+    assert told[-1].endswith(": torque_gain (knee), gear_friction (knee), coulomb_friction (knee)")
+    own = [replace(each, leg=leg, leg_file="own.leg.yaml") for each in trials]
+    assert "which own.leg.yaml states, acts in no trial" in check_trials(LEG, own)[0]

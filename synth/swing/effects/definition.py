@@ -63,6 +63,7 @@ class Effect(PlantEffect):
     ``where`` : it acts at a joint or at the base.
     ``uses_drive`` : the argument ``bearing_force`` of its function is the drive's torque on q, N m; "warms its
     winding": the memory is the relative growth of the winding's resistance, by which the drive's torque falls.
+    ``by_drive`` : of one that uses the drive, the strengths that act by its torque alone; empty: all.
     ``uses_load`` : it needs the bearing force; ``by_load`` : only if one of these strengths is on (empty: any).
     ``bristle`` : the parameter that is the presliding of ``inlined.bristle``; the memory is the bend of the bristle,
     which the integrator keeps in -1..1 and reverses with the joint.
@@ -86,6 +87,8 @@ class Effect(PlantEffect):
     ``controls`` : of the way "reading", name of its function ``(controlled, joint, sign, zero, *parameters)`` that
     changes what a servo controls (``LegLanes.controlled``) if that is the reading; empty: it is not.
     ``parts_drive`` : of the way "structure", it parts the drive from the joint's link.
+    ``ascending`` : parameters whose values in a file must not fall from each to the next, such as two ends.
+    ``any_of`` : parameters with defaults of which a file must give one; empty: none of them need be given.
     """
 
     way: Way
@@ -94,6 +97,7 @@ class Effect(PlantEffect):
     bristle: str = ""
     play: str = ""
     uses_drive: UsesDrive = ""
+    by_drive: tuple[str, ...] = ()
     uses_load: bool = False
     by_load: tuple[str, ...] = ()
     linear: bool = False
@@ -107,6 +111,8 @@ class Effect(PlantEffect):
     tolerance: float = 0.0
     controls: str = ""
     parts_drive: bool = False
+    ascending: tuple[str, ...] = ()
+    any_of: tuple[str, ...] = ()
 
     def function(self, name: str = "") -> Callable[..., Any]:
         """The function of its module that applies it."""

@@ -50,6 +50,7 @@ EFFECT = Effect(
     kin="bristle",
     bristle="presliding",
     uses_drive="as it is",
+    by_drive=("share", "backdriven"),
     needs=("servo", "motor", "recorded current"),
     parameters=(
         # At the torque that logs hold, a fifth of the natural one, no larger than the part that grows with it: else it

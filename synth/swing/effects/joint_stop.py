@@ -6,8 +6,16 @@ with located contacts (``tests/swing/effects``).
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+import numpy as np
+
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive
 from synth.swing.effects.inlined import inlined, power
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_model import Leg
 
 FAR = 1e3  # rad: beyond any motion
 SOFTEST = 1.0  # of the joint's own stiffness (spring and gravity): what yields more does not end the travel
@@ -46,6 +54,16 @@ def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[flo
     return (ends[0], ends[1]) if sign > 0 else (ends[1], ends[0])
 
 
+def bounded(leg: Leg, slowest: float, values: Array) -> Array:
+    """The parameters (n_parameter, n_lane) with ends that do not cross: one that is searched takes the other along.
+
+    It may start beyond an end that the leg file states. Crossed ends push everywhere, so stiffly that no search ends.
+    """
+    found = values.copy()
+    found[1] = np.minimum(values[0], values[1])
+    return found
+
+
 EFFECT = Effect(
     name="joint_stop",
     meaning="contact at the end of travel",
@@ -80,6 +98,9 @@ EFFECT = Effect(
         Parameter("depth", "rad", 0.05, off=0.05, above=0.0, meaning="penetration to which the stiffness refers"),
     ),
     strengths=("stiffness",),
+    ascending=("lower", "upper"),
+    any_of=("upper", "lower"),
+    bounds="bounded",
     shapes=tuple(
         Shape(
             (end, "stiffness", "damping", "exponent"),

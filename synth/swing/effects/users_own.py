@@ -163,7 +163,8 @@ def _require_fields(effect: Effect) -> None:
         value = getattr(effect, key)
         if value not in choices:
             raise WrongEffect(f"{key}={value!r} is not allowed; write one of {', '.join(map(repr, choices))}")
-    for key, kind in (("parameters", Parameter), ("shapes", Shape), ("strengths", str)):
+    names = [(key, str) for key in ("strengths", "by_load", "by_drive", "ascending", "any_of")]
+    for key, kind in (("parameters", Parameter), ("shapes", Shape), *names):
         value = getattr(effect, key)
         if not isinstance(value, tuple) or not all(isinstance(item, kind) for item in value):
             raise WrongEffect(f"{key} must be a tuple of {kind.__name__}, such as ({_example(key)},)")
@@ -201,6 +202,8 @@ def _require_parameters(effect: Effect) -> None:
             value = getattr(parameter, key)
             if not (value is None and key == "default") and not _is_number(value):
                 raise WrongEffect(f"{name}: {key}={value!r} must be a number")
+        if not isinstance(parameter.choices, tuple) or not all(isinstance(word, str) for word in parameter.choices):
+            raise WrongEffect(f'{name}: choices must be a tuple of words for 0 and 1, such as ("before", "behind")')
         if not (parameter.prior is None or isinstance(parameter.prior, Prior)):
             raise WrongEffect(f"{name}: prior must be a Prior, such as size(0.2) (from synth.effects)")
     missing = [name for name in effect.strengths if name not in names]
@@ -223,7 +226,8 @@ def _fields_with_names(effect: Effect) -> Iterator[tuple[str, str]]:
     for key in ("bristle", "play"):
         if getattr(effect, key):
             yield key, getattr(effect, key)
-    yield from (("by_load", name) for name in effect.by_load)
+    for key in ("by_load", "by_drive", "ascending", "any_of"):
+        yield from ((key, name) for name in getattr(effect, key))
     for shape in effect.shapes:
         yield from (("a shape", name) for name in (*shape.free, *shape.held, *(n for s in shape.starts for n in s)))
 

@@ -111,6 +111,8 @@ def test_an_edited_file_is_another_effect(magnet: Path) -> None:
         (('name="cogging"', "name=5"), "cannot be an effect's name"),
         (('strengths=("strength",)', 'strengths="strength"'), "strengths must be a tuple of str"),
         (('shapes=(Shape(("strength",), {}),)', "shapes=()"), "shapes is empty"),
+        (('way="torque"', 'way="torque", ascending="poles"'), "ascending must be a tuple of str"),
+        (('way="torque"', 'way="torque", any_of=("polse",)'), "any_of must name one of its parameters"),
         (('Shape(("strength",), {})', 'Shape(("poles",), {})'), "frees poles, which has no prior"),
         (('Shape(("strength",), {})', 'Shape(("strenght",), {})'), "a shape must name one of its parameters"),
         (('"N*m", prior', '"furlongs", prior'), "'furlongs' is no unit"),

@@ -12,6 +12,7 @@ from synth.arrays import Array, Mask
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
+from synth.diagnosis.plants.swinging_chain.idle_effects import torque_is_known
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.drives.servo import Servo, TorqueDrive, fed_together
@@ -320,8 +321,7 @@ def _properties_of_joint(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> 
     if damper is not None and (damper.curve is not None or (damper.rate or 0.0) > 0.0):
         found.add("damper")
     found.add("armature" if leg.joints[joint].armature > 0.0 else "no armature")
-    known = [trial.recording.known_torque for trial in trials if joint in trial.free]
-    if any(torque is not None and np.any(torque[1][:, joint] != 0.0) for torque in known):
+    if torque_is_known([trial.recording for trial in trials], joint):
         found.add("torque")
     drive = leg.joints[joint].drive
     moved = drive is not None or "torque" in found

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.diagnosis.plants.swinging_chain.idle_effects import idle_effects
 from synth.diagnosis.plants.swinging_chain.replaced_effects import own_leg_files, some_names
 from synth.drives.servo import TorqueDrive
 from synth.errors import Problem, UserError
@@ -61,24 +62,41 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         ),
         *_driven_trials(leg, trials),
         *_currents_not_recorded(leg, trials),
-        *_stated_effects(leg, "part of the designed leg, as its file states", "the leg file"),
-        *(
-            text
-            for file, own in own_leg_files(trials).items()
-            for text in _stated_effects(own[0].leg or leg, _of_own_leg(file, own), file)
-        ),
+        *_all_stated_effects(leg, trials, made),
     )
+
+
+def _all_stated_effects(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list[str]:
+    """Sentences on the effects of the leg and of the trials' own legs."""
+    of_design = [each for each in made if each.leg is None]
+    told = _stated_effects(leg, of_design, "part of the designed leg, as its file states", "the leg file")
+    for file, own in own_leg_files(trials).items():
+        own_made = [made[k] for k, trial in enumerate(trials) if any(trial is each for each in own)]
+        told += _stated_effects(own[0].leg or leg, own_made, _of_own_leg(file, own), file)
+    return told
 
 
 def _of_own_leg(file: str, trials: Sequence[Trial]) -> str:
     return f"part of the own leg of {some_names([trial.name for trial in trials])}, as {file} states"
 
 
-def _stated_effects(leg: Leg, whose: str, file: str) -> list[str]:
-    """Sentences on the effects that a leg states: they are simulated, except counts, which the readings show."""
+def _stated_effects(leg: Leg, made: Sequence[Recording], whose: str, file: str) -> list[str]:
+    """Sentences on the effects that a leg states: they are simulated, except counts, which the readings show.
+
+    And except those that act in none of its trials, ``made``.
+    """
     places = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
-    simulated = [f"{name} ({place})" for place, effects in places for name in effects if name != COUNTS]
-    told: list[str] = []
+    idle = {(leg.joint_names[j], name): missing for (name, j), missing in idle_effects(leg, made).items()}
+    simulated = [
+        f"{name} ({place})"
+        for place, effects in places
+        for name in effects
+        if name != COUNTS and (place, name) not in idle
+    ]
+    told: list[str] = [
+        at_joint(place, f"{name}, which {file} states, acts in no trial: {missing}")
+        for (place, name), missing in idle.items()
+    ]
     if simulated:
         told.append(noted(f"{whose}: {', '.join(simulated)}"))
     text = f"{COUNTS} is stated in {file}, but not simulated: coarse counts are found from the readings"
