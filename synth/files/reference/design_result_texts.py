@@ -48,8 +48,8 @@ _JOINT = {
     "spring.hands[]": "Hand of each of the joint's springs, the drawn one first; two are a mirrored pair.",
     "spring.other_hand": "Of a bought pair: the part of the other hand; null: no catalogue has it.",
     "spring.wanted_rate": "Rate for which it was sought: with the chosen damper the leg then moves as wanted.",
-    "spring.rate_as_sold": "Of a bought one, all in parallel: its vendor's rate, without arms, which is "
-    "within `rate_tolerance` of `wanted_rate`.",
+    "spring.rate_as_sold": "Of a bought one, all in parallel: its vendor's rate, without arms. In the joint, which "
+    "clamps them, it has `rate`, and that is within `rate_tolerance` of `wanted_rate`.",
     "spring.NAME": "Of the chosen spring, as in its catalogue.",
     **{f"spring.make.{key}": text for key, text in SPRING_TO_MAKE.items()},
     "spring.make.arbor_diameter": "Diameter of the shaft inside the coil.",
@@ -78,7 +78,7 @@ _JOINT = {
     "damper.vendor_point.torque": "Torque stated by the vendor.",
     **{f"spring_alternatives[].{key}": text for key, text in _ALTERNATIVE.items()},
     "spring_alternatives[].rate_as_sold": "Of all in parallel: its vendor's rate, without arms.",
-    "spring_alternatives[].within_tolerance": "Whether its rate as sold is within the requested tolerance "
+    "spring_alternatives[].within_tolerance": "Whether its rate in the joint is within the requested tolerance "
     "of the wanted one.",
     "spring_alternatives[].NAME": "As in the catalogue; `_inch` in inch units.",
     **{f"damper_alternatives[].{key}": text for key, text in _ALTERNATIVE.items()},
