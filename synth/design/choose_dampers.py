@@ -29,9 +29,10 @@ FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A measured damper curve for a joint: its part number (None: not stated) and its source.
+    """A measured damper curve of a joint: its part number (None: not stated) and its source.
 
-    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table.
+    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table. ``at``:
+    the joint whose damper was measured, where it is used at another one for a damper of the same part; else empty.
     """
 
     part: str | None
@@ -39,6 +40,12 @@ class MeasuredCurve:
     source: str
     upto: float = inf
     table: bool = False
+    at: str = ""
+
+    @property
+    def words(self) -> str:
+        """Where and how it was measured."""
+        return f"measured{f' at the {self.at}' if self.at else ''}: {self.source}"
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,8 @@ class DamperOption:
 
     ``error``, ``expected`` (rad): response error of the whole leg with them, nominal and with tolerances. ``partner``
     is the spring of that leg if it is not the chosen one, ``partner_rate`` (N m/rad) its rate. ``single`` is one of
-    them on its own shaft. The default arrangement is one damper on the joint's axis.
+    them on its own shaft. The default arrangement is one damper on the joint's axis. ``measured``: the curve of
+    a measured one.
     """
 
     row: DamperRow | None
@@ -61,6 +69,7 @@ class DamperOption:
     single: Damper | None = None
     partner: str = ""
     partner_rate: float | None = None
+    measured: MeasuredCurve | None = None
 
     @property
     def turns(self) -> float | None:
@@ -151,7 +160,10 @@ def choose_dampers(
     for j, joint in enumerate(leg.joints):
         choice = choices[joint.name].damper
         found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
-        options = _options(list(found.rows), measured.get(joint.name), choice.part, law)
+        options = _options(list(found.rows), curves_at(joint.name, choices, measured) if law is None else {}, law)
+        own = measured.get(joint.name)
+        if law is None and own is not None and own.part is None and choice.part is None:
+            options = [DamperOption(None, Damper(curve=own.curve), "curve", own.words, measured=own)]
         options = _arrangements(options, choice, travel[j], of_family(parts, catalogue.dampers))
         options, far = _nearest_options(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
@@ -191,15 +203,31 @@ def _ranked(
     return ranked
 
 
-def _options(
-    rows: list[DamperRow], measured: MeasuredCurve | None, forced: str | None, law: str | None
-) -> list[DamperOption]:
+def curves_at(
+    joint: str, choices: Mapping[str, JointChoice], measured: Mapping[str, MeasuredCurve]
+) -> dict[str, MeasuredCurve]:
+    """Measured curves by part number (in lower case) that hold at a joint: its own, else those of other joints.
+
+    A curve belongs to its part, which may be a candidate anywhere. Of several joints' curves of one part the first
+    counts. One without a part number is of the part that its joint's choice names. Part numbers that several vendors
+    sell are refused before.
+    """
+    found: dict[str, MeasuredCurve] = {}
+    for name in (joint, *(name for name in measured if name != joint)):
+        each = measured.get(name)
+        part = None if each is None else each.part or choices[name].damper.part
+        if each is not None and part is not None:
+            found.setdefault(part.casefold(), each if name == joint else replace(each, at=name))
+    return found
+
+
+def _options(rows: list[DamperRow], curves: Mapping[str, MeasuredCurve], law: str | None) -> list[DamperOption]:
     options = []
     for row in rows:
-        own = measured is not None and (measured.part or row.part).casefold() == row.part.casefold()
-        if measured is not None and law is None and own and (measured.part or forced):
-            why = f"measured: {measured.source}"
-            options.append(DamperOption(row, Damper(curve=measured.curve, part=row.part), "curve", why))
+        known = curves.get(row.part.casefold())
+        if known is not None:
+            damper = Damper(curve=known.curve, part=row.part)
+            options.append(DamperOption(row, damper, "curve", known.words, measured=known))
             continue
         chosen = law or row.default_law
         reasons = {
@@ -209,9 +237,6 @@ def _options(
         }
         why = "; ".join([reasons[chosen], *row.derived])
         options += [DamperOption(offer, offer.damper(chosen), chosen, why) for offer in offers(row)]
-    if measured is not None and law is None and measured.part is None and forced is None:
-        damper = Damper(curve=measured.curve)
-        options = [DamperOption(None, damper, "curve", f"measured: {measured.source}")]
     return options
 
 

@@ -6,7 +6,7 @@ from math import degrees
 
 import numpy as np
 
-from synth.design.choose_dampers import DamperOption, MeasuredCurve
+from synth.design.choose_dampers import DamperOption
 from synth.files.project_options import DamperChoice
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, TABLE
 from synth.parts.part_candidates import damper_limits
@@ -25,21 +25,23 @@ MUCH_ABOVE = 0.15  # of the assumed law: a damper's own tolerance
 FALLEN = 0.01  # of the highest torque: more than the rounding of its digits
 
 
-def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | None, fastest: float) -> list[str]:
+def curve_warnings(joint: str, option: DamperOption, fastest: float) -> list[str]:
     """Warnings on a chosen damper: an assumed law, a thinned or falling table, speeds beyond the known ones.
 
-    ``measured``: of the joint's damper, used if the option's law is ``curve``; ``fastest``: highest speed of the joint
-    as built, rad/s.
+    ``fastest``: highest speed of the joint as built, rad/s.
     """
-    warnings, reached = [], fastest * option.arrangement.ratio
+    warnings, reached, measured = [], fastest * option.arrangement.ratio, option.measured
     if option.row is not None and option.row.derived and option.law != "curve":
         warnings.append(f"{joint}: {option.row.order} is {option.row.status}")
     if option.law == "concave":
         text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
         warnings.append(decisive(f"{text}factor of two", DROPS))
-    if option.law == "curve" and measured is not None and measured.table:
+    if measured is not None and measured.at:
+        text = f"{joint}: the curve of {option.part} was measured at the {measured.at}, on another specimen of the part"
+        warnings.append(noted(text))
+    if measured is not None and measured.table:
         warnings += _table_warnings(joint, option.part, measured.curve, reached)
-    elif option.law == "curve" and measured is not None and reached > LITTLE * measured.upto:
+    elif measured is not None and reached > LITTLE * measured.upto:
         speed, most = unlike(reached, measured.upto, ".2g")
         warnings.append(
             f"{joint}: {option.part} is turned at up to {speed} rad/s; it was measured up to {most} rad/s, and its law "

@@ -138,8 +138,12 @@ def free_angles_measured(asked: ToleranceOptions) -> ToleranceOptions:
 
 
 def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTolerance:
-    """Tolerance of all dampers of an arrangement together."""
-    if option.row is None or option.law == "curve":
+    """Tolerance of all dampers of an arrangement together.
+
+    Of a part that was measured at another joint, another specimen acts here: its curve is off as parts are.
+    """
+    elsewhere = option.measured is not None and option.measured.at
+    if option.row is None or (option.law == "curve" and not elsewhere):
         known = measured_damper(asked.measured)
     else:
         known = bought_damper(option.row, option.law)

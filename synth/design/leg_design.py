@@ -301,7 +301,7 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
         texts += wanted_rate_note(name, springs.chosen[j], dampers.chosen[j].label, fitted, project.joints[name].spring)
         if design.drawn is not None:
             texts += stop_warnings(name, springs.chosen[j], design.drawn.dimensions.joints[j])
-        texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))
+        texts += curve_warnings(name, dampers.chosen[j], float(fastest[j]))
         texts += travel_warnings(name, dampers.chosen[j], project.joints[name].damper, turned[j])
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []

@@ -11,12 +11,14 @@ from synth.design.choose_dampers import (
     DamperOption,
     MeasuredCurve,
     choose_dampers,
+    curves_at,
     measured_curves,
 )
 from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
+from synth.design.forecast import damper_tolerance
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
-from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
+from synth.files.project_options import DamperChoice, JointChoice, SpringChoice, ToleranceOptions
 from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
@@ -24,6 +26,8 @@ from synth.parts.rows import RPM
 from synth.remarks import severity_of, unlike
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
+from three_links import LEG
+from three_links import wanted as three_wanted
 
 TIME = np.linspace(0.0, 1.4, 141)
 TRAVEL = (2.0,)
@@ -85,6 +89,49 @@ def test_a_measured_curve_replaces_the_assumed_law(catalogue: Catalogue) -> None
     assert laws == {"6597K19": "curve", "6597K21": "concave", "6597K8": "concave"}
     used = next(option for option in made.ranked[0] if option.part == "6597K19")
     assert used.damper.curve == curve
+
+
+def test_a_measured_curve_holds_for_its_part_at_every_joint(catalogue: Catalogue) -> None:
+    """One part number had two torque curves in one leg: the measured one and, at another joint, the assumed one."""
+    knee, hip = power_law_curve(0.125, 1.0, 0.44), power_law_curve(0.14, 1.0, 0.44)
+    measured = {
+        "knee": MeasuredCurve("6597k19", knee, "drops"),
+        "hip": MeasuredCurve("6597K21", hip, "drops"),
+    }
+    asked = {name: JointChoice(SpringChoice(), DamperChoice()) for name in LEG.joint_names}
+    made = choose_dampers(three_wanted(), asked, catalogue, measured, (2.0,) * 3)
+    seen = set()
+    for name, ranked in zip(LEG.joint_names, made.ranked, strict=True):
+        for option in ranked:
+            known = {"6597K19": ("knee", knee), "6597K21": ("hip", hip)}.get(option.part)
+            if known is None:
+                assert (option.law, option.measured) == ("concave", None)
+                continue
+            at, curve = known
+            assert (option.law, option.damper.curve) == ("curve", curve)
+            elsewhere = name != at
+            assert option.why == (f"measured at the {at}: drops" if elsewhere else "measured: drops")
+            said = [text for text in curve_warnings(name, option, 1.0) if "another specimen" in text]
+            assert len(said) == elsewhere
+            known_torque = damper_tolerance(option, ToleranceOptions())
+            assert known_torque.torque == pytest.approx(0.15 if elsewhere else 0.05)
+            assert known_torque.exponents is None  # of a measured law nothing is assumed
+            seen.add((name, option.part))
+    assert {("knee", "6597K19"), ("ankle", "6597K19")} <= seen
+
+
+def test_a_joint_s_own_measurement_comes_first() -> None:
+    curves = [DamperCurve((1.0,), (torque,)) for torque in (0.1, 0.2, 0.3)]
+    asked = {name: JointChoice(SpringChoice(), DamperChoice()) for name in LEG.joint_names}
+    first, second, third = (MeasuredCurve("A", curve, "drops") for curve in curves)
+    measured = {"hip": first, "knee": second}
+    assert curves_at("hip", asked, measured)["a"] is first
+    assert curves_at("knee", asked, measured)["a"] is second
+    assert curves_at("ankle", asked, measured)["a"] == replace(first, at="hip")
+    unnamed = {"ankle": replace(third, part=None)}  # of the part that the joint's choice names, if any
+    assert curves_at("knee", asked, unnamed) == {}
+    asked["ankle"] = JointChoice(SpringChoice(), DamperChoice(part="B"))
+    assert curves_at("knee", asked, unnamed) == {"b": replace(third, part=None, at="ankle")}
 
 
 def test_dampers_are_ranked_by_response_error(catalogue: Catalogue) -> None:
@@ -170,7 +217,7 @@ def test_a_maximum_speed_is_told_from_a_rated_point(
     assert row.max_speed == row.speed == pytest.approx(50 * RPM)  # published as "50 rpm max speed"
     row = replace(row, max_speed=None if most is None else most * RPM)
     option = DamperOption(row, row.damper(), "table", "")
-    found = [text for text in curve_warnings("knee", option, None, rpm * RPM) if "turned" in text]
+    found = [text for text in curve_warnings("knee", option, rpm * RPM) if "turned" in text]
     assert bool(found) is bool(said)
     for text in found:
         assert said in text
@@ -228,11 +275,11 @@ def test_a_damper_turned_beyond_its_table_is_told(
     row = replace(catalogue.find_damper("6597K19"), max_speed=100 * RPM)
     if catalogued:
         row = replace(row, curve_speed=table.speed, curve_torque=table.torque)
-        option, measured = DamperOption(row, row.damper(), "table", ""), None
+        option = DamperOption(row, row.damper(), "table", "")
     else:
-        option = DamperOption(row, Damper(curve=table), "curve", "")
         measured = measured_curves({}, {"knee": (None, table)}, {})["knee"]
-    found = [text for text in curve_warnings("knee", option, measured, rpm * RPM) if "table" in text]
+        option = DamperOption(row, Damper(curve=table), "curve", "", measured=measured)
+    found = [text for text in curve_warnings("knee", option, rpm * RPM) if "table" in text]
     assert len(found) == len(said)
     for text, part in zip(found, said, strict=True):
         assert part in text
@@ -242,8 +289,10 @@ def test_a_damper_turned_beyond_its_table_is_told(
 def test_the_measured_range_is_of_the_dampers_own_speed(catalogue: Catalogue, ratio: float, said: str | None) -> None:
     """A joint of 6.7 rad/s turns a damper geared 0.5 at 3.35 rad/s, within drops that reached 5.1."""
     row, measured = catalogue.find_damper("6597K19"), MeasuredCurve("6597K19", RISING, "drops", 5.1)
-    option = DamperOption(row, Damper(curve=RISING), "curve", "", arrangement=Arrangement(ratio=ratio))
-    found = [text for text in curve_warnings("knee", option, measured, 6.7) if "measured" in text]
+    option = DamperOption(
+        row, Damper(curve=RISING), "curve", "", arrangement=Arrangement(ratio=ratio), measured=measured
+    )
+    found = [text for text in curve_warnings("knee", option, 6.7) if "measured" in text]
     assert bool(found) is (said is not None)
     for text in found:
         assert f"turned at up to {said}; it was measured up to 5.1 rad/s" in text

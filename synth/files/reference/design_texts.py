@@ -82,7 +82,7 @@ KEYS: dict[str, str] = {
     "part_tolerance.torque": "Of dampers' torques, plus or minus.",
     "part_tolerance.measured": "Of a damper whose curve was measured.",
     "part_tolerance.temperature": "Change from the temperature at which dampers' torques are stated.",
-    "measured_damper.part": "The part that was measured.",
+    "measured_damper.part": "The part that was measured; its curve holds at every joint that has no measurement of it.",
     "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`, up to the speed that the joint reaches.",
     "measured_damper.leg": "The leg of the drops, with only that damper.",
     "measured_damper.trials": "Recordings of the drops.",
