@@ -14,6 +14,7 @@ from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
+from synth.parts.damper_law import TABLE, LowSpeedLaw, low_speed_law
 from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
 from synth.parts.rows import DamperRow
 from synth.parts.usable import offers
@@ -31,7 +32,8 @@ FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a
 class MeasuredCurve:
     """A measured damper curve of a joint: its part number (None: not stated) and its source.
 
-    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table. ``at``:
+    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table, which
+    ``below`` continues under its lowest point (None: it need not). ``at``:
     the joint whose damper was measured, where it is used at another one for a damper of the same part; else empty.
     """
 
@@ -41,6 +43,7 @@ class MeasuredCurve:
     upto: float = inf
     table: bool = False
     at: str = ""
+    below: LowSpeedLaw | None = None
 
     @property
     def words(self) -> str:
@@ -79,9 +82,24 @@ class DamperOption:
         return self.row.travel / self.arrangement.ratio
 
     def with_exponent(self, exponent: float) -> Damper:
-        """The damper at the joint with another exponent of the assumed law."""
+        """The damper at the joint with another exponent of the assumed law, or of that below its measured table."""
+        if self.measured is not None and self.measured.below is not None:
+            return self.arrangement.at_joint(Damper(curve=self.measured.below.curve(exponent), part=self.damper.part))
         assert self.row is not None
         return self.arrangement.at_joint(self.row.damper(self.law, exponent))
+
+    @property
+    def below(self) -> LowSpeedLaw | None:
+        """The law below its measured table, at the damper's own speed; None: it has none."""
+        if self.measured is not None:
+            return self.measured.below
+        tabled = self.row is not None and self.law == TABLE == self.row.default_law
+        return self.row.below_table if self.row is not None and tabled else None
+
+    @property
+    def known_from(self) -> float | None:
+        """Speed of the joint (rad/s) from which upwards its table is measured; None: it has none, or down to rest."""
+        return None if self.below is None else self.below.speed / self.arrangement.ratio
 
     @property
     def label(self) -> str:
@@ -123,15 +141,20 @@ def measured_curves(
     laws: Mapping[str, DamperLaw], tables: Mapping[str, tuple[str | None, DamperCurve]], parts: Mapping[str, str | None]
 ) -> dict[str, MeasuredCurve]:
     """Measured curves by joint: from drop tests (``laws``) or from the user's torque-speed tables."""
-    found = {
-        joint: MeasuredCurve(part, curve, "torque-speed table", curve.speed[-1], table=True)
-        for joint, (part, curve) in tables.items()
-    }
+    found = {joint: _measured_table(part, curve) for joint, (part, curve) in tables.items()}
     for joint, law in laws.items():
         low, high = law.speeds.low, law.speeds.high
         source = f"drops, {law.used.law.name} law, {low:.3g} to {high:.3g} rad/s"
         found[joint] = MeasuredCurve(parts.get(joint), law.used.curve, source, high)
     return found
+
+
+def _measured_table(part: str | None, table: DamperCurve) -> MeasuredCurve:
+    below = low_speed_law(table)
+    if below is None:
+        return MeasuredCurve(part, table, "torque-speed table", table.speed[-1], table=True)
+    source = f"torque-speed table, {below.words}"
+    return MeasuredCurve(part, below.curve(), source, table.speed[-1], table=True, below=below)
 
 
 def choose_dampers(
@@ -231,7 +254,7 @@ def _options(rows: list[DamperRow], curves: Mapping[str, MeasuredCurve], law: st
             continue
         chosen = law or row.default_law
         reasons = {
-            "table": "the catalogue's torque-speed points",
+            "table": "the catalogue's torque-speed points" + (f", {row.below_table.words}" if row.below_table else ""),
             "concave": "assumed: T = T_max (w/w_max)^0.47 through the vendor's one point, see catalogs/README.md",
             "linear": "the secant through the vendor's one point",
         }

@@ -83,7 +83,8 @@ KEYS: dict[str, str] = {
     "part_tolerance.measured": "Of a damper whose curve was measured.",
     "part_tolerance.temperature": "Change from the temperature at which dampers' torques are stated.",
     "measured_damper.part": "The part that was measured; its curve holds at every joint that has no measurement of it.",
-    "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`, up to the speed that the joint reaches.",
+    "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`, up to the speed that the joint reaches, and "
+    "from a slow one: below its lowest point the power law of its lowest points is assumed.",
     "measured_damper.leg": "The leg of the drops, with only that damper.",
     "measured_damper.trials": "Recordings of the drops.",
     "measured_damper.locked": "Joints that were locked in all of them.",
