@@ -247,8 +247,9 @@ def curves_at(
 def _options(rows: list[DamperRow], curves: Mapping[str, MeasuredCurve], law: str | None) -> list[DamperOption]:
     options = []
     for row in rows:
-        known = curves.get(row.part.casefold())
-        if known is not None:
+        known, offered = curves.get(row.part.casefold()), offers(row)
+        # Of a part that is ordered by its torque the number alone does not tell which of them was measured elsewhere.
+        if known is not None and not (known.at and len(offered) > 1):
             damper = Damper(curve=known.curve, part=row.part)
             options.append(DamperOption(row, damper, "curve", known.words, measured=known))
             continue
@@ -259,7 +260,7 @@ def _options(rows: list[DamperRow], curves: Mapping[str, MeasuredCurve], law: st
             "linear": "the secant through the vendor's one point",
         }
         why = "; ".join([reasons[chosen], *row.derived])
-        options += [DamperOption(offer, offer.damper(chosen), chosen, why) for offer in offers(row)]
+        options += [DamperOption(offer, offer.damper(chosen), chosen, why) for offer in offered]
     return options
 
 

@@ -11,6 +11,7 @@ from synth.design.assumed_laws import off_at_low_speed
 from synth.design.choose_dampers import (
     DamperOption,
     MeasuredCurve,
+    _options,
     choose_dampers,
     curves_at,
     measured_curves,
@@ -140,6 +141,16 @@ def test_a_joint_s_own_measurement_comes_first() -> None:
     assert curves_at("knee", asked, unnamed) == {}
     asked["ankle"] = JointChoice(SpringChoice(), DamperChoice(part="B"))
     assert curves_at("knee", asked, unnamed) == {"b": replace(third, part=None, at="ankle")}
+
+
+def test_a_part_that_is_ordered_by_its_torque_is_known_where_it_was_measured_only(catalogue: Catalogue) -> None:
+    row = replace(catalogue.find_damper("6597K19"), torque_range=(0.1, 0.3))
+    known = MeasuredCurve(row.part, power_law_curve(0.125, 1.0, 0.44), "drops")
+    (own,) = _options([row], {"6597k19": known}, None)
+    assert own.measured is known
+    elsewhere = _options([row], {"6597k19": replace(known, at="hip")}, None)
+    assert len(elsewhere) > 1
+    assert {option.law for option in elsewhere} == {"concave"}
 
 
 def test_dampers_are_ranked_by_response_error(catalogue: Catalogue) -> None:
