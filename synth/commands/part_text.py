@@ -75,10 +75,13 @@ def _of_damper(row: DamperRow) -> Iterator[Line]:
         yield "rate at the published point", f"{row.secant_rate:.4g} N*m*s/rad (its lowest)"
     if row.max_torque is None or row.speed is None:
         return
-    law = row.default_law
+    law, below = row.default_law, row.below_table
     yield (
         "law in use",
-        {"table": "table, the measured points", "concave": "concave, a power law through the point"}[law],
+        {
+            "table": f"table, the measured points{f', {below.words}' if below is not None else ''}",
+            "concave": "concave, a power law through the point",
+        }[law],
     )
     curve = row.torque_speed()
     for speed, torque in zip(curve.speed, curve.torque, strict=True):

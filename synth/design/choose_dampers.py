@@ -14,6 +14,7 @@ from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
+from synth.parts.damper_law import TABLE, LowSpeedLaw, low_speed_law
 from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
 from synth.parts.rows import DamperRow
 from synth.parts.usable import offers
@@ -29,9 +30,11 @@ FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a
 
 @dataclass(frozen=True)
 class MeasuredCurve:
-    """A measured damper curve for a joint: its part number (None: not stated) and its source.
+    """A measured damper curve of a joint: its part number (None: not stated) and its source.
 
-    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table.
+    ``upto``: the highest measured speed of the damper, rad/s. ``table``: whether it is the user's own table, which
+    ``below`` continues under its lowest point (None: it need not). ``at``:
+    the joint whose damper was measured, where it is used at another one for a damper of the same part; else empty.
     """
 
     part: str | None
@@ -39,6 +42,13 @@ class MeasuredCurve:
     source: str
     upto: float = inf
     table: bool = False
+    at: str = ""
+    below: LowSpeedLaw | None = None
+
+    @property
+    def words(self) -> str:
+        """Where and how it was measured."""
+        return f"measured{f' at the {self.at}' if self.at else ''}: {self.source}"
 
 
 @dataclass(frozen=True)
@@ -47,7 +57,8 @@ class DamperOption:
 
     ``error``, ``expected`` (rad): response error of the whole leg with them, nominal and with tolerances. ``partner``
     is the spring of that leg if it is not the chosen one, ``partner_rate`` (N m/rad) its rate. ``single`` is one of
-    them on its own shaft. The default arrangement is one damper on the joint's axis.
+    them on its own shaft. The default arrangement is one damper on the joint's axis. ``measured``: the curve of
+    a measured one.
     """
 
     row: DamperRow | None
@@ -61,6 +72,7 @@ class DamperOption:
     single: Damper | None = None
     partner: str = ""
     partner_rate: float | None = None
+    measured: MeasuredCurve | None = None
 
     @property
     def turns(self) -> float | None:
@@ -70,9 +82,24 @@ class DamperOption:
         return self.row.travel / self.arrangement.ratio
 
     def with_exponent(self, exponent: float) -> Damper:
-        """The damper at the joint with another exponent of the assumed law."""
+        """The damper at the joint with another exponent of the assumed law, or of that below its measured table."""
+        if self.measured is not None and self.measured.below is not None:
+            return self.arrangement.at_joint(Damper(curve=self.measured.below.curve(exponent), part=self.damper.part))
         assert self.row is not None
         return self.arrangement.at_joint(self.row.damper(self.law, exponent))
+
+    @property
+    def below(self) -> LowSpeedLaw | None:
+        """The law below its measured table, at the damper's own speed; None: it has none."""
+        if self.measured is not None:
+            return self.measured.below
+        tabled = self.row is not None and self.law == TABLE == self.row.default_law
+        return self.row.below_table if self.row is not None and tabled else None
+
+    @property
+    def known_from(self) -> float | None:
+        """Speed of the joint (rad/s) from which upwards its table is measured; None: it has none, or down to rest."""
+        return None if self.below is None else self.below.speed / self.arrangement.ratio
 
     @property
     def label(self) -> str:
@@ -114,15 +141,20 @@ def measured_curves(
     laws: Mapping[str, DamperLaw], tables: Mapping[str, tuple[str | None, DamperCurve]], parts: Mapping[str, str | None]
 ) -> dict[str, MeasuredCurve]:
     """Measured curves by joint: from drop tests (``laws``) or from the user's torque-speed tables."""
-    found = {
-        joint: MeasuredCurve(part, curve, "torque-speed table", curve.speed[-1], table=True)
-        for joint, (part, curve) in tables.items()
-    }
+    found = {joint: _measured_table(part, curve) for joint, (part, curve) in tables.items()}
     for joint, law in laws.items():
         low, high = law.speeds.low, law.speeds.high
         source = f"drops, {law.used.law.name} law, {low:.3g} to {high:.3g} rad/s"
         found[joint] = MeasuredCurve(parts.get(joint), law.used.curve, source, high)
     return found
+
+
+def _measured_table(part: str | None, table: DamperCurve) -> MeasuredCurve:
+    below = low_speed_law(table)
+    if below is None:
+        return MeasuredCurve(part, table, "torque-speed table", table.speed[-1], table=True)
+    source = f"torque-speed table, {below.words}"
+    return MeasuredCurve(part, below.curve(), source, table.speed[-1], table=True, below=below)
 
 
 def choose_dampers(
@@ -151,7 +183,10 @@ def choose_dampers(
     for j, joint in enumerate(leg.joints):
         choice = choices[joint.name].damper
         found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
-        options = _options(list(found.rows), measured.get(joint.name), choice.part, law)
+        options = _options(list(found.rows), curves_at(joint.name, choices, measured) if law is None else {}, law)
+        own = measured.get(joint.name)
+        if law is None and own is not None and own.part is None and choice.part is None:
+            options = [DamperOption(None, Damper(curve=own.curve), "curve", own.words, measured=own)]
         options = _arrangements(options, choice, travel[j], of_family(parts, catalogue.dampers))
         options, far = _nearest_options(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
@@ -191,27 +226,41 @@ def _ranked(
     return ranked
 
 
-def _options(
-    rows: list[DamperRow], measured: MeasuredCurve | None, forced: str | None, law: str | None
-) -> list[DamperOption]:
+def curves_at(
+    joint: str, choices: Mapping[str, JointChoice], measured: Mapping[str, MeasuredCurve]
+) -> dict[str, MeasuredCurve]:
+    """Measured curves by part number (in lower case) that hold at a joint: its own, else those of other joints.
+
+    A curve belongs to its part, which may be a candidate anywhere. Of several joints' curves of one part the first
+    counts. One without a part number is of the part that its joint's choice names. Part numbers that several vendors
+    sell are refused before.
+    """
+    found: dict[str, MeasuredCurve] = {}
+    for name in (joint, *(name for name in measured if name != joint)):
+        each = measured.get(name)
+        part = None if each is None else each.part or choices[name].damper.part
+        if each is not None and part is not None:
+            found.setdefault(part.casefold(), each if name == joint else replace(each, at=name))
+    return found
+
+
+def _options(rows: list[DamperRow], curves: Mapping[str, MeasuredCurve], law: str | None) -> list[DamperOption]:
     options = []
     for row in rows:
-        own = measured is not None and (measured.part or row.part).casefold() == row.part.casefold()
-        if measured is not None and law is None and own and (measured.part or forced):
-            why = f"measured: {measured.source}"
-            options.append(DamperOption(row, Damper(curve=measured.curve, part=row.part), "curve", why))
+        known, offered = curves.get(row.part.casefold()), offers(row)
+        # Of a part that is ordered by its torque the number alone does not tell which of them was measured elsewhere.
+        if known is not None and not (known.at and len(offered) > 1):
+            damper = Damper(curve=known.curve, part=row.part)
+            options.append(DamperOption(row, damper, "curve", known.words, measured=known))
             continue
         chosen = law or row.default_law
         reasons = {
-            "table": "the catalogue's torque-speed points",
+            "table": "the catalogue's torque-speed points" + (f", {row.below_table.words}" if row.below_table else ""),
             "concave": "assumed: T = T_max (w/w_max)^0.47 through the vendor's one point, see catalogs/README.md",
             "linear": "the secant through the vendor's one point",
         }
         why = "; ".join([reasons[chosen], *row.derived])
-        options += [DamperOption(offer, offer.damper(chosen), chosen, why) for offer in offers(row)]
-    if measured is not None and law is None and measured.part is None and forced is None:
-        damper = Damper(curve=measured.curve)
-        options = [DamperOption(None, damper, "curve", f"measured: {measured.source}")]
+        options += [DamperOption(offer, offer.damper(chosen), chosen, why) for offer in offered]
     return options
 
 

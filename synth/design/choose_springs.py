@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from math import inf, log, radians
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH
-from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, softening_by_arms
+from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, rate_in_joint
 from synth.design.drawable_springs import STOP_ROOM, arbor_of, drawable_sizes, reasons_not_drawn
 from synth.design.wanted_travel import WantedTravel as WantedTravel
 from synth.design.wanted_travel import travels as travels
@@ -50,7 +50,7 @@ class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
     ``rate`` (N m/rad) is that of all ``count`` parallel springs at the joint; ``asked`` is the wanted rate, for which
-    the spring was searched: a bought one's rate as sold is within the tolerance of it. ``error``, ``expected`` (rad):
+    the spring was searched: a bought one's ``rate`` is within the tolerance of it. ``error``, ``expected`` (rad):
     response error of the whole leg with it, nominal and with tolerances. ``outside``: the rate is outside the requested
     tolerance. ``compared``: the spring is listed for comparison only, because bought springs have priority over springs
     to wind, and a spring requested by its part number has priority over all others. ``closes``: -1 if smaller measured
@@ -153,6 +153,10 @@ class SpringSource:
             return self.travel
         return replace(self.travel, winding=self.choice.travel, opening=min(self.travel.opening, self.choice.travel))
 
+    def acting(self, row: TorsionSpringRow) -> float:
+        """Rate (N m/rad) of one spring of this row in the joint, which is what the wanted rate is compared with."""
+        return rate_in_joint(row, self.turned.opening, self.cad)
+
 
 def spring_options(
     source: SpringSource, rate: float, *, lasting: bool = True
@@ -172,7 +176,7 @@ def spring_options(
     if choice.make:
         return [spring_to_wind(source, rate, lasting=lasting)[0]], {}, []
     if choice.part is not None:
-        named = spring_candidates(catalogue, choice, rate, source.parts)
+        named = spring_candidates(catalogue, choice, rate, source.parts, acting=source.acting)
         return [_bought(row, source, choice.parallel, rate) for row in named.rows], named.left_out, []
     found, borne = _bought_for(source, rate)
     if borne.holding:
@@ -193,11 +197,13 @@ def spring_options(
 def _bought_for(source: SpringSource, rate: float) -> tuple[Candidates[TorsionSpringRow], _BoughtBorne]:
     """The bought springs of a rate (N m/rad), with every reason against others, and which of them bear the travel."""
     choice, catalogue = source.choice, source.catalogue
-    found = spring_candidates(catalogue, choice, rate, source.parts)
-    rows = [(row, 1) for row in found.rows]
-    for count in range(2, choice.parallel + 1):
-        rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
-    rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
+    by_count = [
+        spring_candidates(catalogue, choice, rate, source.parts, count, source.acting)
+        for count in range(1, choice.parallel + 1)
+    ]
+    found = by_count[0]
+    rows = [(row, count) for count, each in enumerate(by_count, 1) for row in each.rows]
+    rows.sort(key=lambda item: abs(log(source.acting(item[0]) * item[1] / rate)))
     borne = _borne(rows, source, rate, MOST_CANDIDATES)
     reasons = {**found.left_out, **borne.left_out}
     if borne.more:
@@ -278,19 +284,15 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     for count in range(1, source.choice.parallel + 1):
         for row in source.catalogue.springs:
             if (row.part, count) not in known and spring_reason(row, source.choice, None, parts, count) is None:
-                assert row.rate is not None
-                found.append((abs(log(row.rate * count / rate)), count, row))
+                found.append((abs(log(source.acting(row) * count / rate)), count, row))
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
-    within = log(1 + source.choice.rate_tolerance)
-    off = {(row.part, row.vendor, count): distance for distance, count, row in found}
     others = [
         replace(
             option,
-            outside=off[option.row.part, option.row.vendor, option.count] > within,
+            outside=abs(option.rate / rate - 1.0) > source.choice.rate_tolerance,
             compared=source.choice.part is not None,
         )
         for option in _borne([(row, count) for _, count, row in found], source, rate, NEAREST).holding
-        if option.row is not None
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # no spring can be wound either
@@ -306,13 +308,11 @@ def warnings_of_wound(joint: str, option: SpringOption) -> list[str]:
 
 
 def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: float) -> SpringOption:
-    """A bought spring with its rate including the arms; vendors state the rate of the body alone."""
-    assert row.rate is not None
+    """A bought spring with its rate in the joint."""
     assert row.included_angle is not None
-    travel, rate, arm = source.turned, row.rate, None
-    if row.wire_diameter and row.mean_diameter and row.body_coils:
-        rate *= softening_by_arms(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
-        arm = JointArms(travel.opening, source.cad)
+    travel, rate = source.turned, source.acting(row)
+    known = row.wire_diameter and row.mean_diameter and row.body_coils
+    arm = JointArms(travel.opening, source.cad) if known else None
     check = check_bought(row, source.catalogue, travel.winding, travel.opening, arm=arm, rate=rate)
     yields = None if check is None else check.free_travel
     passed = list(passed_limits(row, source.catalogue, travel.winding, yields=yields))

@@ -11,6 +11,7 @@ from math import degrees, pi, sqrt, tau
 from typing import TYPE_CHECKING
 
 from synth.files.project_options import CadOptions
+from synth.parts.rows import TorsionSpringRow
 
 if TYPE_CHECKING:
     from synth.cad import SpringDimensions
@@ -74,6 +75,17 @@ def softening_by_arms(wire: float, mean: float, coils: float, opening: float, ca
 
     arm = free_arm(wire, mean, coils, opening, cad)
     return pi * mean * coils / effective_length(mean / 2, coils, arm)
+
+
+def rate_in_joint(row: TorsionSpringRow, opening: float, cad: CadOptions) -> float:
+    """Rate (N m/rad) of one bought spring with its clamped arms; vendors state that of the body alone.
+
+    ``opening`` as in ``free_arm``. Of a spring whose sizes are not all known it is the rate as sold.
+    """
+    assert row.rate is not None
+    if not (row.wire_diameter and row.mean_diameter and row.body_coils):
+        return row.rate
+    return row.rate * softening_by_arms(row.wire_diameter, row.mean_diameter, row.body_coils, opening, cad)
 
 
 def leg_that_bends_as_much(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:

@@ -6,7 +6,8 @@ from math import degrees
 
 import numpy as np
 
-from synth.design.choose_dampers import DamperOption, MeasuredCurve
+from synth.design.choose_dampers import DamperOption
+from synth.design.reached_speeds import ReachedSpeeds
 from synth.files.project_options import DamperChoice
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, TABLE
 from synth.parts.part_candidates import damper_limits
@@ -19,27 +20,36 @@ SLOWER = "Ask the vendor whether it bears that speed, turn it slower (ratios bel
 DROPS = "Record drops with that damper alone and name them under `dampers:`."
 TURN_IT_LESS = "Choose a damper that turns further, turn it less (ratios below 1), or give the joint a smaller range."
 MEASURE_FASTER = "Measure the damper up to that speed, turn it slower (ratios below 1), or choose another."
+MEASURE_SLOWER = (
+    "Measure the damper down to a tenth of that speed or less, or name drops with it alone under `dampers:`."
+)
 MEASURE_AGAIN = "The torque of a rotary damper rises with speed: measure these points again."
+MUCH_SLOWER = (
+    0.1  # of the motion's time below a table's lowest speed: from there on its law there could change a decision
+)
+NO_TIME = 0.005  # of it: rounds to none
 LITTLE = 1.1  # a tenth beyond the data: little extrapolation
 MUCH_ABOVE = 0.15  # of the assumed law: a damper's own tolerance
 FALLEN = 0.01  # of the highest torque: more than the rounding of its digits
 
 
-def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | None, fastest: float) -> list[str]:
+def curve_warnings(joint: str, option: DamperOption, speeds: ReachedSpeeds) -> list[str]:
     """Warnings on a chosen damper: an assumed law, a thinned or falling table, speeds beyond the known ones.
 
-    ``measured``: of the joint's damper, used if the option's law is ``curve``; ``fastest``: highest speed of the joint
-    as built, rad/s.
+    ``speeds``: of the joint as built.
     """
-    warnings, reached = [], fastest * option.arrangement.ratio
+    warnings, reached, measured = [], speeds.fastest * option.arrangement.ratio, option.measured
     if option.row is not None and option.row.derived and option.law != "curve":
         warnings.append(f"{joint}: {option.row.order} is {option.row.status}")
     if option.law == "concave":
         text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
         warnings.append(decisive(f"{text}factor of two", DROPS))
-    if option.law == "curve" and measured is not None and measured.table:
+    if measured is not None and measured.at:
+        text = f"{joint}: the curve of {option.part} was measured at the {measured.at}, on another specimen of the part"
+        warnings.append(noted(text))
+    if measured is not None and measured.table:
         warnings += _table_warnings(joint, option.part, measured.curve, reached)
-    elif option.law == "curve" and measured is not None and reached > LITTLE * measured.upto:
+    elif measured is not None and reached > LITTLE * measured.upto:
         speed, most = unlike(reached, measured.upto, ".2g")
         warnings.append(
             f"{joint}: {option.part} is turned at up to {speed} rad/s; it was measured up to {most} rad/s, and its law "
@@ -48,6 +58,7 @@ def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | N
     if option.law == TABLE and option.row is not None and option.row.default_law == TABLE:
         table = option.row.torque_speed(TABLE)
         warnings += _table_warnings(joint, option.part, table, reached)
+    warnings += _slower_warnings(joint, option, speeds)
     if option.row is not None:
         warnings += _speed_warnings(joint, option.row, reached)
     if option.damper.curve is not None:
@@ -57,6 +68,21 @@ def curve_warnings(joint: str, option: DamperOption, measured: MeasuredCurve | N
                 noted(f"{joint}: the damper's table was reduced to 12 points; the error is at most {error:.1%}")
             )
     return warnings
+
+
+def _slower_warnings(joint: str, option: DamperOption, speeds: ReachedSpeeds) -> list[str]:
+    """A warning on a table whose damper is turned more slowly than its lowest point for some of the time."""
+    below, known = option.below, option.known_from
+    share = 0.0 if known is None else speeds.share_below(known)
+    if below is None or share < NO_TIME:
+        return []
+    of = "of its lowest points" if below.found else "assumed: they give no plausible one"
+    text = (
+        f"{joint}: {option.part} is measured from {below.speed / RPM:.3g} rpm upwards, and turned more slowly for "
+        f"{share:.0%} of the time. Its torque there is that of a power law, exponent {below.exponent:.2f} ({of}), and "
+        "may be off by a factor of two"
+    )
+    return [decisive(text, MEASURE_SLOWER) if share >= MUCH_SLOWER else Remark(text, "check", MEASURE_SLOWER)]
 
 
 def _table_warnings(joint: str, part: str, table: DamperCurve, reached: float) -> list[str]:

@@ -138,14 +138,20 @@ def free_angles_measured(asked: ToleranceOptions) -> ToleranceOptions:
 
 
 def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTolerance:
-    """Tolerance of all dampers of an arrangement together."""
-    if option.row is None or option.law == "curve":
+    """Tolerance of all dampers of an arrangement together.
+
+    Of a part that was measured at another joint, another specimen acts here: its curve is off as parts are. Below the
+    lowest point of a measured table the exponent is as uncertain as that of an assumed law.
+    """
+    elsewhere = option.measured is not None and option.measured.at
+    if option.row is None or (option.law == "curve" and not elsewhere):
         known = measured_damper(asked.measured)
     else:
         known = bought_damper(option.row, option.law)
         if asked.torque is not None:
             known = replace(known, torque=asked.torque, torque_source=PROJECT)
-    return replace(known, torque=known.torque / sqrt(option.arrangement.pieces))
+    exponents = known.exponents if option.below is None else option.below.exponents
+    return replace(known, torque=known.torque / sqrt(option.arrangement.pieces), exponents=exponents)
 
 
 @lru_cache(maxsize=8)
@@ -238,7 +244,8 @@ class Forecaster:
         """(2 CURVE_POINTS, n_lane) curve rows with the assumed law's exponent drawn between its limits."""
         (low, high), (levels, curves) = exponents, self._curves(damper, exponents)
         # A draw of 0 is the nominal law, although its exponent is not in the middle of the limits.
-        middle = CONCAVE_EXPONENT + draw * np.where(draw < 0.0, CONCAVE_EXPONENT - low, high - CONCAVE_EXPONENT)
+        exponent = CONCAVE_EXPONENT if damper.below is None else damper.below.exponent
+        middle = exponent + draw * np.where(draw < 0.0, exponent - low, high - exponent)
         nearest = np.argmin(np.abs(levels[:, None] - middle[None, :]), axis=0)
         found = curves[:, nearest]
         nominal = column(1.0, 0.0, damper.damper)[3:]
@@ -246,9 +253,7 @@ class Forecaster:
 
     def _curves(self, damper: DamperOption, exponents: tuple[float, float]) -> tuple[Array, Array]:
         """(EXPONENTS,) exponents between the limits, and the rows (2 CURVE_POINTS, EXPONENTS) of their curves."""
-        row = damper.row
-        assert row is not None
-        key = (row, damper.law, damper.arrangement, exponents)
+        key = (damper.row, damper.law, damper.measured, damper.arrangement, exponents)
         if key not in self._levels:
             levels = np.linspace(*exponents, EXPONENTS)
             curves = [column(1.0, 0.0, damper.with_exponent(float(n)))[3:] for n in levels]
@@ -259,7 +264,8 @@ class Forecaster:
     def _laws_off(self, parts: SetParts) -> LawsOff | None:
         """The nominal error with the assumed laws off to either side; a few lanes."""
         dampers = [
-            damper.damper if damper_tolerance(damper, self.asked).exponents is not None else None for _, damper in parts
+            (damper.damper, damper.known_from) if damper_tolerance(damper, self.asked).exponents is not None else None
+            for _, damper in parts
         ]
         names = tuple(name for name, damper in zip(self.lanes.leg.joint_names, dampers, strict=True) if damper)
         if not names:

@@ -24,6 +24,7 @@ from synth.design.choose_springs import SpringChoiceMade
 from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
+from synth.design.reached_speeds import reached_speeds
 from synth.design.response import WantedResponse
 from synth.design.spring_warnings import spring_warnings, stop_warnings, wanted_rate_note
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
@@ -289,7 +290,7 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
     dampers, springs, laws, errors = design.dampers, design.springs, design.laws, design.errors
     warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
-    fastest = fastest_rates(design.built_motions, [release.time for release in wanted.releases])
+    speeds = reached_speeds(design.built_motions, [release.time for release in wanted.releases])
     turned, swings = _turned_as_drawn(design), joint_swings(design)
     for j, name in enumerate(names):
         texts = [
@@ -301,7 +302,7 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
         texts += wanted_rate_note(name, springs.chosen[j], dampers.chosen[j].label, fitted, project.joints[name].spring)
         if design.drawn is not None:
             texts += stop_warnings(name, springs.chosen[j], design.drawn.dimensions.joints[j])
-        texts += curve_warnings(name, dampers.chosen[j], design.measured.get(name), float(fastest[j]))
+        texts += curve_warnings(name, dampers.chosen[j], speeds[j])
         texts += travel_warnings(name, dampers.chosen[j], project.joints[name].damper, turned[j])
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []
@@ -329,8 +330,7 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
 
 def fastest_rates(motions: Sequence[Array], times: Sequence[Array]) -> Array:
     """(n,) rad/s, the highest speed of each joint in motions (m, n) rad over times (m,) s."""
-    rates = [np.abs(np.gradient(m, time, axis=0)).max(axis=0) for m, time in zip(motions, times, strict=True)]
-    return np.asarray(np.max(rates, axis=0))
+    return np.array([each.fastest for each in reached_speeds(motions, times)])
 
 
 def _rate_warning(joint: str, target: FitResult, refit: FitResult) -> list[str]:

@@ -1,4 +1,4 @@
-"""The torque-speed law of a rotary damper below its single published point.
+"""The torque-speed law of a rotary damper below its single published point, or below the lowest one of a table.
 
 Vendors of oil rotary dampers publish one torque at one speed. Below it the curve is concave, so a
 straight line through that point is *too low* at low speed, and a damper chosen by it is too strong.
@@ -9,12 +9,20 @@ Laboratory, Published-Data, the data of the Krnacik thesis) follow ``torque ~ sp
 predicts the torque within about 10 %. Angle and speed are correlated in a drop, so dry friction plus a linear rate is
 not excluded. The law is therefore an assumption: exponent 0.47, between 0.44 and 0.50. A measured curve replaces it
 (``damper_curves.csv``), and one vendor of shear dampers states torque proportional to speed (``linear``).
+
+A leg moves slowly most of the time: the joints of the built-in example turn for 83 to 97 % of it below the 10 rpm at
+which a test stand begins. A measured table therefore goes on below its lowest point by the power law of its lowest
+points (``low_speed_law``); straight to (0, 0) it would have a third of the torque at a tenth of that speed.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import ceil, log, pi
+
 import numpy as np
 
+from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import DamperCurve
 
 TABLE = "table"
@@ -27,6 +35,12 @@ CONCAVE_EXPONENT_RANGE = (0.44, 0.50)  # of the three measured dampers, see abov
 # The curve is linear below its lowest point. A 500th of the rated speed (0.1 rpm of 50) is below the resolution of a
 # leg's encoder, and keeps the slope at rest below 30 times the secant, so that the leg does not become stiff.
 LOWEST_SPEED_FRACTION = 1.0 / 500.0
+
+NEAR_THE_LOWEST = 4.0  # times a table's lowest speed: its points up to there give the exponent below it
+# Exponents that a table's lowest points may have. Dry friction or an error of measurement is behind a smaller one, and
+# a torque off by 2 at a tenth of the speed (``assumed_laws``) would fall there; 2 is the flow through an orifice.
+PLAUSIBLE_EXPONENTS = (1.0 / 3.0, 2.0)
+LEAST_LOW_POINTS = 7  # below a table of many points; ``thin`` drops those that matter least
 
 
 def power_law_curve(
@@ -64,3 +78,64 @@ def power_law_curve(
     speeds[-1] = speed  # geomspace may miss the end by a rounding
     torques = torque * (speeds / speed) ** exponent
     return DamperCurve(tuple(speeds.tolist()), tuple(torques.tolist()))
+
+
+@dataclass(frozen=True)
+class LowSpeedLaw:
+    """How a measured table goes on below its lowest point: by ``torque ~ speed^exponent`` through that point.
+
+    ``found``: whether the exponent is that of the table's lowest points; else it is the assumed one.
+    """
+
+    table: DamperCurve
+    exponent: float
+    found: bool
+
+    @property
+    def speed(self) -> float:
+        """Rad/s, below which the law holds: the lowest of the table."""
+        return self.table.speed[0]
+
+    @property
+    def exponents(self) -> tuple[float, float]:
+        """Least and greatest exponent: as uncertain as the assumed one, of which no lower speed was measured either."""
+        low, high = CONCAVE_EXPONENT_RANGE
+        return self.exponent + (low - CONCAVE_EXPONENT), self.exponent + (high - CONCAVE_EXPONENT)
+
+    @property
+    def words(self) -> str:
+        """From where, and by which exponent."""
+        of = "of its lowest points" if self.found else "assumed"
+        return f"below {self.speed * 30.0 / pi:.3g} rpm a power law, exponent {self.exponent:.2f} {of}"
+
+    def curve(self, exponent: float | None = None) -> DamperCurve:
+        """The table with points below it, down to a 500th of its highest speed; ``exponent``: another one."""
+        lowest = self.table.speed[-1] * LOWEST_SPEED_FRACTION
+        # As dense as an assumed law's twelve points over a ratio of 500.
+        wanted = ceil(11 * log(self.speed / lowest) / log(1.0 / LOWEST_SPEED_FRACTION))
+        added = max(1, min(wanted, max(CURVE_POINTS - len(self.table.speed), LEAST_LOW_POINTS)))
+        exponent = self.exponent if exponent is None else exponent
+        below = power_law_curve(self.table.torque[0], self.speed, exponent, added + 1, lowest)
+        return DamperCurve(below.speed[:-1] + self.table.speed, below.torque[:-1] + self.table.torque)
+
+
+def low_speed_law(table: DamperCurve) -> LowSpeedLaw | None:
+    """The law below a table's lowest point; None if that is slow enough (a 500th of the highest), or has no torque."""
+    speed, torque = np.array(table.speed), np.array(table.torque)
+    if torque[0] <= 0.0 or speed[0] <= speed[-1] * LOWEST_SPEED_FRACTION * (1.0 + 1e-9):  # 1e-9: rounding
+        return None
+    near = np.flatnonzero(speed[1:] <= NEAR_THE_LOWEST * speed[0])
+    near = 1 + (near if len(near) else np.arange(min(1, len(speed) - 1)))
+    if not len(near) or torque[near].min() <= 0.0:
+        return LowSpeedLaw(table, CONCAVE_EXPONENT, found=False)
+    apart, rise = np.log(speed[near] / speed[0]), np.log(torque[near] / torque[0])
+    exponent = float(apart @ rise / (apart @ apart))  # least squares of the straight line through the lowest point
+    if not PLAUSIBLE_EXPONENTS[0] <= exponent <= PLAUSIBLE_EXPONENTS[1]:
+        return LowSpeedLaw(table, CONCAVE_EXPONENT, found=False)
+    return LowSpeedLaw(table, exponent, found=True)
+
+
+def continued_down(table: DamperCurve) -> DamperCurve:
+    """A measured table as the design reads it: continued below its lowest point."""
+    law = low_speed_law(table)
+    return table if law is None else law.curve()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, degrees
 from typing import Generic, TypeVar
@@ -34,13 +34,20 @@ class Candidates(Generic[RowType]):
 
 
 ANY = PartsOptions()
+Acting = Callable[[TorsionSpringRow], float]  # rate (N m/rad) of one spring of a row as a joint holds it
 
 
 def spring_candidates(
-    catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions = ANY, count: int = 1
+    catalogue: Catalogue,
+    choice: SpringChoice,
+    rate: float,
+    parts: PartsOptions = ANY,
+    count: int = 1,
+    acting: Acting | None = None,
 ) -> Candidates[TorsionSpringRow]:
     """Springs of which ``count`` in parallel have the wanted rate (N m/rad) within tolerance and meet the constraints.
 
+    ``acting``: of a spring in the joint that wants the rate, with clamped arms; None: their rates are those as sold.
     A spring named by part is the only candidate, regardless of its values.
     """
     if choice.part is not None:
@@ -49,16 +56,22 @@ def spring_candidates(
     parts = of_family(parts, catalogue.springs)
     rate /= count
     for row in catalogue.springs:
-        reason = spring_reason(row, choice, rate, parts, count)
+        reason = spring_reason(row, choice, rate, parts, count, acting)
         if reason is None:
             kept.append(row)
         else:
             reasons[reason] += 1
-    nearest = _nearest_spring(catalogue, choice, rate * count, parts)
+    nearest = _nearest_spring(catalogue, choice, rate * count, parts, acting)
     return Candidates(tuple(kept), dict(sorted(reasons.items())), nearest)
 
 
-def _nearest_spring(catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions) -> str:
+def _as_sold(row: TorsionSpringRow) -> float:
+    return row.rate or 0.0
+
+
+def _nearest_spring(
+    catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions, acting: Acting | None
+) -> str:
     """What comes nearest to a rate (N m/rad), up to ``parallel`` springs of it, and the tolerance that would take it.
 
     The nearest of those that meet all other constraints, if any does: no tolerance helps the others.
@@ -68,11 +81,13 @@ def _nearest_spring(catalogue: Catalogue, choice: SpringChoice, rate: float, par
     meeting = [each for each in usable if spring_reason(each[0], choice, None, parts, each[1]) is None]
     if not usable:
         return ""
-    row, count = min(meeting or usable, key=lambda each: (abs((each[0].rate or 0.0) * each[1] / rate - 1.0), each[1]))
-    total = (row.rate or 0.0) * count
+    rate_of = acting or _as_sold
+    row, count = min(meeting or usable, key=lambda each: (abs(rate_of(each[0]) * each[1] / rate - 1.0), each[1]))
+    total = rate_of(row) * count
     name = f"{count} x {row.part}" if count > 1 else row.part
     off_by = f"{total / rate - 1:+.0%} from {rate:.4g}"
-    text = f"{name} comes nearest with {total:.4g} N*m/rad as sold, without its arms, {off_by}"
+    held = "as sold, without its arms" if acting is None else "in the joint, which clamps its arms"
+    text = f"{name} comes nearest with {total:.4g} N*m/rad {held}, {off_by}"
     off = ceil(abs(total / rate - 1.0) * 20.0) * 5  # with some room: the wanted rate goes with the links' masses
     return f"{text}; rate_tolerance: {off} % takes it" if meeting and off > 100 * choice.rate_tolerance else text
 
@@ -159,26 +174,36 @@ def _same_coil(one: TorsionSpringRow, other: TorsionSpringRow) -> bool:
 
 
 def spring_reason(
-    row: TorsionSpringRow, choice: SpringBounds, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+    row: TorsionSpringRow,
+    choice: SpringBounds,
+    rate: float | None,
+    parts: PartsOptions = ANY,
+    count: int = 1,
+    acting: Acting | None = None,
 ) -> str | None:
-    """The first reason against a spring, or None. ``rate`` N m/rad of each, None: any."""
-    return next(spring_reasons(row, choice, rate, parts, count), None)
+    """The first reason against a spring, or None. ``rate`` N m/rad of each, None: any; ``acting`` as in candidates."""
+    return next(spring_reasons(row, choice, rate, parts, count, acting), None)
 
 
 def spring_reasons(
-    row: TorsionSpringRow, choice: SpringBounds, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+    row: TorsionSpringRow,
+    choice: SpringBounds,
+    rate: float | None,
+    parts: PartsOptions = ANY,
+    count: int = 1,
+    acting: Acting | None = None,
 ) -> Iterator[str]:
-    """All reasons against a spring; for an unusable row, its status."""
+    """All reasons against a spring; for an unusable row, its status. ``acting`` as in ``spring_candidates``."""
     if not row.choosable:
         yield row.status
         return
     yield from _not_to_be_had(row, parts)
     if parts.system is not None and row.system not in (None, parts.system):
         yield f"its wire is no {parts.system} size"
-    assert row.rate is not None
     assert row.included_angle is not None
-    if rate is not None and abs(row.rate / rate - 1.0) > choice.rate_tolerance:
-        yield f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
+    if rate is not None and abs((acting or _as_sold)(row) / rate - 1.0) > choice.rate_tolerance:
+        held = "" if acting is None else " in the joint"
+        yield f"rate{held} not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
     if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > SAME_ANGLE:
         yield f"included angle is not {degrees(choice.included_angle):g} deg"
     body = row.body_length if row.body_length is not None else row.close_wound_length

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from synth.files.project_options import WIDEST
 from synth.parts.catalogue_row import CatalogueRow, quantity_column, text_column
-from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, power_law_curve
+from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, LowSpeedLaw, low_speed_law, power_law_curve
 from synth.swing.leg_model import Damper, DamperCurve
 
 RPM = math.pi / 30.0  # rad/s
@@ -154,14 +154,19 @@ class DamperRow(CatalogueRow):
             return True
         return None if self.travel is None else bool(self.travel >= travel * (1.0 - 1e-9))  # also of a numpy number
 
-    def torque_speed(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> DamperCurve:
+    @property
+    def below_table(self) -> LowSpeedLaw | None:
+        """How its measured points are continued below the lowest one; None if they need not be, or there are none."""
+        return low_speed_law(DamperCurve(self.curve_speed, self.curve_torque)) if self.curve_speed else None
+
+    def torque_speed(self, law: str | None = None, exponent: float | None = None) -> DamperCurve:
         """The torque-speed curve by a law.
 
         Parameters
         ----------
-        law : ``table`` (the measured points), ``concave`` (power law through the one point, see ``damper_law``),
-            ``linear`` (straight through the one point) or None for the default one.
-        exponent : of the concave law.
+        law : ``table`` (the measured points, continued below the lowest), ``concave`` (power law through the one
+            point, see ``damper_law``), ``linear`` (straight through the one point) or None for the default one.
+        exponent : of the concave law or below the table; None: the assumed or found one.
 
         Raises
         ------
@@ -172,16 +177,17 @@ class DamperRow(CatalogueRow):
         if law == TABLE:
             if not self.curve_speed:
                 raise ValueError(f"{self.part} has no curve points")
-            return DamperCurve(self.curve_speed, self.curve_torque)
+            below = self.below_table
+            return DamperCurve(self.curve_speed, self.curve_torque) if below is None else below.curve(exponent)
         if self.max_torque is None or self.speed is None:
             raise ValueError(f"{self.part} ({self.place}) has no torque at a speed: {self.status}")
         if law == LINEAR:
             return DamperCurve((self.speed,), (self.max_torque,))
         if law == CONCAVE:
-            return power_law_curve(self.max_torque, self.speed, exponent)
+            return power_law_curve(self.max_torque, self.speed, CONCAVE_EXPONENT if exponent is None else exponent)
         raise ValueError(f"unknown damper law {law!r}; the laws are {TABLE}, {CONCAVE}, {LINEAR}")
 
-    def damper(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> Damper:
+    def damper(self, law: str | None = None, exponent: float | None = None) -> Damper:
         """The damper as an element of a leg, named by its part."""
         law = law or self.default_law
         if law == LINEAR:

@@ -7,23 +7,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth.design.assumed_laws import off_at_low_speed
 from synth.design.choose_dampers import (
     DamperOption,
     MeasuredCurve,
+    _options,
     choose_dampers,
+    curves_at,
     measured_curves,
 )
 from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
+from synth.design.forecast import damper_tolerance
+from synth.design.reached_speeds import ReachedSpeeds, reached_speeds
 from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
-from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
+from synth.files.project_options import DamperChoice, JointChoice, SpringChoice, ToleranceOptions
 from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
-from synth.parts.damper_law import power_law_curve
+from synth.parts.damper_law import continued_down, low_speed_law, power_law_curve
 from synth.parts.rows import RPM
 from synth.remarks import severity_of, unlike
 from synth.swing.chain import Conditions
+from synth.swing.damper_curves import thin, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
+from three_links import LEG
+from three_links import wanted as three_wanted
 
 TIME = np.linspace(0.0, 1.4, 141)
 TRAVEL = (2.0,)
@@ -42,6 +50,11 @@ def response(leg: Leg) -> WantedResponse:
 
 def choices(**damper: object) -> dict[str, JointChoice]:
     return {"knee": JointChoice(SpringChoice(), DamperChoice(**damper))}  # type: ignore[arg-type]
+
+
+def turned_at(speed: float) -> ReachedSpeeds:
+    """A joint that turns at this speed (rad/s) all the time."""
+    return ReachedSpeeds(np.array([speed]), np.ones(1))
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +98,59 @@ def test_a_measured_curve_replaces_the_assumed_law(catalogue: Catalogue) -> None
     assert laws == {"6597K19": "curve", "6597K21": "concave", "6597K8": "concave"}
     used = next(option for option in made.ranked[0] if option.part == "6597K19")
     assert used.damper.curve == curve
+
+
+def test_a_measured_curve_holds_for_its_part_at_every_joint(catalogue: Catalogue) -> None:
+    """One part number had two torque curves in one leg: the measured one and, at another joint, the assumed one."""
+    knee, hip = power_law_curve(0.125, 1.0, 0.44), power_law_curve(0.14, 1.0, 0.44)
+    measured = {
+        "knee": MeasuredCurve("6597k19", knee, "drops"),
+        "hip": MeasuredCurve("6597K21", hip, "drops"),
+    }
+    asked = {name: JointChoice(SpringChoice(), DamperChoice()) for name in LEG.joint_names}
+    made = choose_dampers(three_wanted(), asked, catalogue, measured, (2.0,) * 3)
+    seen = set()
+    for name, ranked in zip(LEG.joint_names, made.ranked, strict=True):
+        for option in ranked:
+            known = {"6597K19": ("knee", knee), "6597K21": ("hip", hip)}.get(option.part)
+            if known is None:
+                assert (option.law, option.measured) == ("concave", None)
+                continue
+            at, curve = known
+            assert (option.law, option.damper.curve) == ("curve", curve)
+            elsewhere = name != at
+            assert option.why == (f"measured at the {at}: drops" if elsewhere else "measured: drops")
+            said = [text for text in curve_warnings(name, option, turned_at(1.0)) if "another specimen" in text]
+            assert len(said) == elsewhere
+            known_torque = damper_tolerance(option, ToleranceOptions())
+            assert known_torque.torque == pytest.approx(0.15 if elsewhere else 0.05)
+            assert known_torque.exponents is None  # of a measured law nothing is assumed
+            seen.add((name, option.part))
+    assert {("knee", "6597K19"), ("ankle", "6597K19")} <= seen
+
+
+def test_a_joint_s_own_measurement_comes_first() -> None:
+    curves = [DamperCurve((1.0,), (torque,)) for torque in (0.1, 0.2, 0.3)]
+    asked = {name: JointChoice(SpringChoice(), DamperChoice()) for name in LEG.joint_names}
+    first, second, third = (MeasuredCurve("A", curve, "drops") for curve in curves)
+    measured = {"hip": first, "knee": second}
+    assert curves_at("hip", asked, measured)["a"] is first
+    assert curves_at("knee", asked, measured)["a"] is second
+    assert curves_at("ankle", asked, measured)["a"] == replace(first, at="hip")
+    unnamed = {"ankle": replace(third, part=None)}  # of the part that the joint's choice names, if any
+    assert curves_at("knee", asked, unnamed) == {}
+    asked["ankle"] = JointChoice(SpringChoice(), DamperChoice(part="B"))
+    assert curves_at("knee", asked, unnamed) == {"b": replace(third, part=None, at="ankle")}
+
+
+def test_a_part_that_is_ordered_by_its_torque_is_known_where_it_was_measured_only(catalogue: Catalogue) -> None:
+    row = replace(catalogue.find_damper("6597K19"), torque_range=(0.1, 0.3))
+    known = MeasuredCurve(row.part, power_law_curve(0.125, 1.0, 0.44), "drops")
+    (own,) = _options([row], {"6597k19": known}, None)
+    assert own.measured is known
+    elsewhere = _options([row], {"6597k19": replace(known, at="hip")}, None)
+    assert len(elsewhere) > 1
+    assert {option.law for option in elsewhere} == {"concave"}
 
 
 def test_dampers_are_ranked_by_response_error(catalogue: Catalogue) -> None:
@@ -170,7 +236,7 @@ def test_a_maximum_speed_is_told_from_a_rated_point(
     assert row.max_speed == row.speed == pytest.approx(50 * RPM)  # published as "50 rpm max speed"
     row = replace(row, max_speed=None if most is None else most * RPM)
     option = DamperOption(row, row.damper(), "table", "")
-    found = [text for text in curve_warnings("knee", option, None, rpm * RPM) if "turned" in text]
+    found = [text for text in curve_warnings("knee", option, turned_at(rpm * RPM)) if "turned" in text]
     assert bool(found) is bool(said)
     for text in found:
         assert said in text
@@ -228,11 +294,11 @@ def test_a_damper_turned_beyond_its_table_is_told(
     row = replace(catalogue.find_damper("6597K19"), max_speed=100 * RPM)
     if catalogued:
         row = replace(row, curve_speed=table.speed, curve_torque=table.torque)
-        option, measured = DamperOption(row, row.damper(), "table", ""), None
+        option = DamperOption(row, row.damper(), "table", "")
     else:
-        option = DamperOption(row, Damper(curve=table), "curve", "")
         measured = measured_curves({}, {"knee": (None, table)}, {})["knee"]
-    found = [text for text in curve_warnings("knee", option, measured, rpm * RPM) if "table" in text]
+        option = DamperOption(row, Damper(curve=table), "curve", "", measured=measured)
+    found = [text for text in curve_warnings("knee", option, turned_at(rpm * RPM)) if "table" in text]
     assert len(found) == len(said)
     for text, part in zip(found, said, strict=True):
         assert part in text
@@ -242,8 +308,10 @@ def test_a_damper_turned_beyond_its_table_is_told(
 def test_the_measured_range_is_of_the_dampers_own_speed(catalogue: Catalogue, ratio: float, said: str | None) -> None:
     """A joint of 6.7 rad/s turns a damper geared 0.5 at 3.35 rad/s, within drops that reached 5.1."""
     row, measured = catalogue.find_damper("6597K19"), MeasuredCurve("6597K19", RISING, "drops", 5.1)
-    option = DamperOption(row, Damper(curve=RISING), "curve", "", arrangement=Arrangement(ratio=ratio))
-    found = [text for text in curve_warnings("knee", option, measured, 6.7) if "measured" in text]
+    option = DamperOption(
+        row, Damper(curve=RISING), "curve", "", arrangement=Arrangement(ratio=ratio), measured=measured
+    )
+    found = [text for text in curve_warnings("knee", option, turned_at(6.7)) if "measured" in text]
     assert bool(found) is (said is not None)
     for text in found:
         assert f"turned at up to {said}; it was measured up to 5.1 rad/s" in text
@@ -272,3 +340,115 @@ def test_the_response_uses_the_curve_not_its_secant() -> None:
 )
 def test_a_value_beyond_its_limit_reads_so(value: float, limit: float, style: str, texts: tuple[str, str]) -> None:
     assert unlike(value, limit, style) == texts
+
+
+def law_table(exponent: float, *rpm: float) -> DamperCurve:
+    """Exact points of 0.2 N*m (n / 50)^exponent at these speeds, rpm."""
+    return DamperCurve(tuple(n * RPM for n in rpm), tuple(0.2 * (n / 50) ** exponent for n in rpm))
+
+
+@pytest.mark.parametrize("exponent", [0.36, 0.47, 0.8, 1.0, 1.6])
+@pytest.mark.parametrize("rpm", [(10, 20, 30, 40, 50), (20, 50), (10, 50), (5, 6, 50), (1, 50), tuple(range(4, 51))])
+def test_a_table_goes_on_below_its_lowest_point_by_the_law_of_its_points(
+    exponent: float, rpm: tuple[float, ...]
+) -> None:
+    """Known points of a known law: straight to zero it had a third of the torque at a tenth of the lowest speed."""
+    table = law_table(exponent, *rpm)
+    below = low_speed_law(table)
+    assert below is not None
+    assert below.found
+    assert below.exponent == pytest.approx(exponent, abs=1e-9)
+    curve = continued_down(table)
+    assert curve.speed[-len(rpm) :] == table.speed
+    assert curve.torque[-len(rpm) :] == table.torque
+    assert curve.speed[0] == pytest.approx(table.speed[-1] / 500)
+    slow = np.geomspace(curve.speed[0], table.speed[0], 500)
+    assert torque_at(curve, slow) == pytest.approx(0.2 * (slow / (50 * RPM)) ** exponent, rel=0.055)
+    as_simulated = torque_at(thin(curve), slow)  # by twelve points
+    assert as_simulated == pytest.approx(torque_at(curve, slow), rel=0.1, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        DamperCurve((10 * RPM,), (0.1,)),  # one point
+        DamperCurve((10 * RPM, 50 * RPM), (0.1, 0.11)),  # dry friction
+        DamperCurve((10 * RPM, 50 * RPM), (0.1, 0.08)),
+        DamperCurve((10 * RPM, 11 * RPM, 50 * RPM), (0.02, 0.05, 0.2)),
+    ],
+)
+def test_points_without_a_plausible_law_are_continued_by_the_assumed_one(table: DamperCurve) -> None:
+    below = low_speed_law(table)
+    assert below is not None
+    assert (below.exponent, below.found) == (0.47, False)
+    (torque,) = torque_at(continued_down(table), np.array([table.speed[0] / 4]))
+    assert torque == pytest.approx(table.torque[0] * 4**-0.47, rel=0.02)
+
+
+def test_a_table_from_slow_speeds_or_without_torque_stays_as_it_is() -> None:
+    for table in (
+        DamperCurve((0.1 * RPM, 50 * RPM), (0.01, 0.2)),
+        DamperCurve((10 * RPM, 20 * RPM), (0.0, 0.1)),
+    ):
+        assert continued_down(table) == table
+
+
+@pytest.mark.parametrize("catalogued", [False, True])
+@pytest.mark.parametrize(("slow", "share", "severity"), [(1, "1%", "check"), (60, "60%", "decide"), (0, "", "")])
+def test_time_below_a_table_is_told(
+    catalogue: Catalogue, catalogued: bool, slow: int, share: str, severity: str
+) -> None:
+    """A joint turns its damper twice as fast: ``slow`` of 100 s at 4 rpm, 8 of the damper, which is known from 10."""
+    row, table = catalogue.find_damper("6597K19"), law_table(0.5, 10, 20, 50)
+    arrangement = Arrangement(ratio=2.0)
+    if catalogued:
+        row = replace(row, curve_speed=table.speed, curve_torque=table.torque)
+        option = DamperOption(row, arrangement.at_joint(row.damper()), "table", "", arrangement=arrangement)
+    else:
+        known = measured_curves({}, {"knee": (None, table)}, {})["knee"]
+        damper = arrangement.at_joint(Damper(curve=known.curve))
+        option = DamperOption(row, damper, "curve", known.words, arrangement=arrangement, measured=known)
+        assert (
+            option.why == "measured: torque-speed table, below 10 rpm a power law, exponent 0.50 of its lowest points"
+        )
+    speeds = ReachedSpeeds(np.array([4.0, 6.0]) * RPM, np.array([slow, 100.0 - slow]))
+    found = [text for text in curve_warnings("knee", option, speeds) if "more slowly" in text]
+    assert [severity_of(text) for text in found] == ([severity] if severity else [])
+    for text in found:
+        assert "measured from 10 rpm upwards, and turned more slowly for " + share in text
+        assert "exponent 0.50 (of its lowest points)" in text
+
+
+def test_the_share_of_slow_time_is_that_of_a_swing() -> None:
+    """Of sin t the speed is below s for 2/pi asin s of the time, whether sampled evenly or not."""
+    even, uneven = np.linspace(0.0, 2 * np.pi, 4001), 2 * np.pi * np.linspace(0.0, 1.0, 4001) ** 2
+    motions = [np.stack([np.sin(time), 0.5 * np.sin(time)], axis=1) for time in (even, uneven)]
+    first, second = reached_speeds(motions, [even, uneven])
+    assert (first.fastest, second.fastest) == pytest.approx((1.0, 0.5), rel=1e-3)
+    for speed in (0.1, 0.5, 0.9):
+        assert first.share_below(speed) == pytest.approx(2 / np.pi * np.arcsin(speed), abs=2e-3)
+        assert second.share_below(0.5 * speed) == pytest.approx(2 / np.pi * np.arcsin(speed), abs=2e-3)
+
+
+@pytest.mark.parametrize("at", ["", "hip"])
+def test_the_law_below_a_table_is_as_uncertain_as_an_assumed_one(catalogue: Catalogue, at: str) -> None:
+    """Its exponent is drawn, above the lowest point nothing but the torque, and at low speed it may be off by two."""
+    row, table = catalogue.find_damper("6597K19"), law_table(0.6, 10, 20, 50)
+    known = replace(measured_curves({}, {"knee": ("6597K19", table)}, {})["knee"], at=at)
+    option = DamperOption(row, Damper(curve=known.curve), "curve", known.words, measured=known)
+    tolerance = damper_tolerance(option, ToleranceOptions())
+    assert tolerance.exponents == pytest.approx((0.57, 0.63))
+    assert tolerance.torque == pytest.approx(0.15 if at else 0.05)
+    speeds = np.array([1.0, 10.0, 20.0, 50.0]) * RPM
+    for exponent in (0.57, 0.63):
+        curve = option.with_exponent(exponent).curve
+        assert curve is not None
+        truth = 0.2 * (speeds / (50 * RPM)) ** 0.6
+        truth[0] = 0.2 * 0.2**0.6 * 0.1**exponent
+        assert torque_at(curve, speeds) == pytest.approx(truth, rel=0.01)
+    for factor in (0.5, 2.0):
+        off = off_at_low_speed(option.damper, factor, option.known_from).curve
+        assert off is not None
+        ratio = torque_at(off, speeds) / torque_at(known.curve, speeds)
+        assert ratio == pytest.approx([factor, 1.0, 1.0, 1.0], rel=0.05)
+        assert np.all(np.diff(off.torque) > 0.0)

@@ -30,6 +30,7 @@ def test_a_fit_that_begins_late_is_doubted_by_whole_recordings(monkeypatch: pyte
     @dataclass(frozen=True)
     class Options:
         release: str = "free"
+        computed: bool = False
 
     seen = []
 

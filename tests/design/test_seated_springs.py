@@ -33,7 +33,11 @@ source:
     a: {damped_frequency: 4 Hz, damping_ratio: 0.3, rest: 3 deg, amplitude: 12 deg}
     b: {damped_frequency: 6 Hz, damping_ratio: 0.3, rest: 60 deg, amplitude: -20 deg}
 target: small.leg.yaml
-select: {catalogs: [dampers.csv], joints: {a: {damper: {part: mini}}, b: {damper: {part: mini}}}}
+select:
+  catalogs: [dampers.csv]
+  joints:
+    a: {spring: {make: true}, damper: {part: mini}}
+    b: {spring: {make: true}, damper: {part: mini}}
 """
 DAMPERS = (
     "part,vendor,direction,continuous,max_torque [mN*m],speed [rpm],max_speed [rpm],outer_diameter [mm],"

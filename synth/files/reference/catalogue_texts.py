@@ -94,7 +94,8 @@ CATALOGUES: dict[str, dict[str, str]] = {
         "part": "Of the damper.",
         "vendor": "Of the damper; empty: any.",
         "speed": "Above 0, a row a point.",
-        "torque": "At that speed; with two or more points the curve is used.",
+        "torque": "At that speed; with two or more points the curve is used, and below the lowest the power law of the "
+        "lowest points.",
         **_STATUS,
     },
     "wire_diameters.csv": {

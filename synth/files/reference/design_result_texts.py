@@ -49,8 +49,8 @@ _JOINT = {
     "spring.other_hand": "Of a bought pair: the part of the other hand; null: no catalogue has it.",
     "spring.measured_rate": "Rate in the joint of the spring that was measured, if `measured:` has its rate.",
     "spring.wanted_rate": "Rate for which it was sought: with the chosen damper the leg then moves as wanted.",
-    "spring.rate_as_sold": "Of a bought one, all in parallel: its vendor's rate, without arms, which is "
-    "within `rate_tolerance` of `wanted_rate`.",
+    "spring.rate_as_sold": "Of a bought one, all in parallel: its vendor's rate, without arms. In the joint, which "
+    "clamps them, it has `rate`, and that is within `rate_tolerance` of `wanted_rate`.",
     "spring.NAME": "Of the chosen spring, as in its catalogue.",
     **{f"spring.make.{key}": text for key, text in SPRING_TO_MAKE.items()},
     "spring.make.arbor_diameter": "Diameter of the shaft inside the coil.",
@@ -79,7 +79,7 @@ _JOINT = {
     "damper.vendor_point.torque": "Torque stated by the vendor.",
     **{f"spring_alternatives[].{key}": text for key, text in _ALTERNATIVE.items()},
     "spring_alternatives[].rate_as_sold": "Of all in parallel: its vendor's rate, without arms.",
-    "spring_alternatives[].within_tolerance": "Whether its rate as sold is within the requested tolerance "
+    "spring_alternatives[].within_tolerance": "Whether its rate in the joint is within the requested tolerance "
     "of the wanted one.",
     "spring_alternatives[].NAME": "As in the catalogue; `_inch` in inch units.",
     **{f"damper_alternatives[].{key}": text for key, text in _ALTERNATIVE.items()},

@@ -48,8 +48,9 @@ KEYS: dict[str, str] = {
     "spring_choice.make": "`true`: a spring to wind; `false`: a bought one or none.",
     "spring_choice.wire": "Material of a spring to wind; see `synth catalog list`.",
     "spring_choice.part": "This part, regardless of its values.",
-    "spring_choice.rate_tolerance": "How far a bought spring's rate as sold, without arms, may be from the wanted one; "
-    "a joint's clamped arms soften it, which a designed leg's response counts.",
+    "spring_choice.rate_tolerance": "How far a bought spring's rate may be from the wanted one: in a leg design "
+    "its rate in the joint, which clamps its arms (some 5 to 10 % softer than sold); in a part wish, which knows no "
+    "joint, its rate as sold.",
     "spring_choice.included_angle": "Angle between the free spring's legs.",
     "spring_choice.travel": "Angle through which it works.",
     "spring_choice.min_outer_diameter": "Least outer diameter.",
@@ -81,8 +82,9 @@ KEYS: dict[str, str] = {
     "part_tolerance.torque": "Of dampers' torques, plus or minus.",
     "part_tolerance.measured": "Of a damper whose curve was measured.",
     "part_tolerance.temperature": "Change from the temperature at which dampers' torques are stated.",
-    "measured_damper.part": "The part that was measured.",
-    "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`, up to the speed that the joint reaches.",
+    "measured_damper.part": "The part that was measured; its curve holds at every joint that has no measurement of it.",
+    "measured_damper.curve": "A CSV with `speed [rpm],torque [N*m]`, up to the speed that the joint reaches, and "
+    "from a slow one: below its lowest point the power law of its lowest points is assumed.",
     "measured_damper.leg": "The leg of the drops, with only that damper.",
     "measured_damper.trials": "Recordings of the drops.",
     "measured_damper.locked": "Joints that were locked in all of them.",
