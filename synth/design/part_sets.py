@@ -56,13 +56,15 @@ class PartSet:
     """A pair for each joint, their nominal error over all releases (rad) and their forecasts.
 
     ``ready`` is the forecast with measured free angles and adjusted seats, ``forecast`` that with unmeasured parts. In
-    a set that is only a step to the next round both are the same.
+    a set that is only a step to the next round both are the same. ``compared``: of the chosen set, whose forecasts have
+    more draws, the expected error (rad) of ``ready`` by the draws of the others.
     """
 
     pairs: Pairs
     error: float
     forecast: Forecast
     ready: Forecast
+    compared: float | None = None
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -79,7 +81,7 @@ class PartSet:
             "rms": quantity(self.error, "deg"),
             **self.forecast.as_json(),
             "free_angles_measured": self.ready.as_json(),
-            "cost": quantity(self.ready.expected - chosen.ready.expected, "deg"),
+            "cost": quantity(self.ready.expected - (chosen.compared or chosen.ready.expected), "deg"),
         }
 
 
@@ -207,9 +209,9 @@ def choose_sets(
 
 def _with_next_best(chosen: Pairs, found: Sequence[Pairs], judge: Judge) -> ForecastSets:
     """The chosen set and the next best ones, with every forecast that is shown of them, and the leg with each."""
-    forecasts = (each(chosen, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
+    forecast, ready = (each(chosen, SAMPLES_CHOSEN, shares=True) for each in (judge.as_they_come, judge.ready))
     errors = [float(error) for sets in ([chosen], found) for error in judge.errors(sets)]
-    own = PartSet(chosen, errors[0], *forecasts)
+    own = PartSet(chosen, errors[0], forecast, ready, judge.expected(chosen))
     others = [item for item in map(partial(_as_measured, judge), found, errors[1:]) if item.labels != own.labels]
     others = sorted(others, key=lambda item: item.ready.expected)[: SETS_SHOWN - 1]
     shown = (own, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others))

@@ -48,17 +48,19 @@ def spring_candidates(
     """Springs of which ``count`` in parallel have the wanted rate (N m/rad) within tolerance and meet the constraints.
 
     ``acting``: of a spring in the joint that wants the rate, with clamped arms; None: their rates are those as sold.
-    A spring named by part is the only candidate, regardless of its values.
+    Of two that differ in the hand alone the first one is taken: they move a leg alike, and the seat is drawn for the
+    chosen one. A spring named by part is the only candidate, regardless of its values.
     """
     if choice.part is not None:
         return Candidates((named_spring(catalogue, choice.part),), {})
-    kept, reasons = [], Counter[str]()
+    kept, reasons = list[TorsionSpringRow](), Counter[str]()
     parts = of_family(parts, catalogue.springs)
     rate /= count
     for row in catalogue.springs:
         reason = spring_reason(row, choice, rate, parts, count, acting)
         if reason is None:
-            kept.append(row)
+            if not any(_is_mirror(row, each) for each in kept):
+                kept.append(row)
         else:
             reasons[reason] += 1
     nearest = _nearest_spring(catalogue, choice, rate * count, parts, acting)
@@ -155,6 +157,12 @@ def mirror_of(
         if each.hand == wanted and each.choosable and not any(_not_to_be_had(each, parts)) and _same_coil(row, each)
     ]
     return min(found, key=lambda each: (each.vendor != row.vendor, each.vendor, each.part), default=None)
+
+
+def _is_mirror(one: TorsionSpringRow, other: TorsionSpringRow) -> bool:
+    """Whether a vendor sells them as one spring of either hand."""
+    hands = bool(one.hand) and OTHER_HAND.get(one.hand) == other.hand
+    return hands and one.vendor == other.vendor and _same_coil(one, other)
 
 
 def _same_coil(one: TorsionSpringRow, other: TorsionSpringRow) -> bool:
