@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-import itertools
 import types
+import uuid
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ def reached_by(function: Callable[..., Any]) -> Reached:
         return Reached(_Walk().of(function))
     except _Obstacle as found:
         if function not in _unknown:
-            _unknown[function] = f"unknown {next(_numbers)}"
+            _unknown[function] = f"unknown {uuid.uuid4().hex}"
         return Reached(_unknown[function], str(found))
 
 
@@ -62,7 +62,6 @@ class _Obstacle(Exception):
     """Something cannot be hashed; the text names it."""
 
 
-_numbers = itertools.count()
 _unknown: weakref.WeakKeyDictionary[Any, str] = weakref.WeakKeyDictionary()
 # Compiled function -> hash of its own part. Its machine code keeps the globals of its first compilation.
 _parts: weakref.WeakKeyDictionary[Any, str] = weakref.WeakKeyDictionary()
