@@ -2,7 +2,7 @@
 
 Each module of this package contains one ``EFFECT``, except those in ``_NOT_EFFECTS``. Further effects come from
 installed packages by the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the
-user names. The effects of the jumping leg are in ``synth.jump.effects``.
+user names (``--effect``, ``synth.load_effect``). The effects of the jumping leg are in ``synth.jump.effects``.
 """
 
 from __future__ import annotations
