@@ -1,8 +1,8 @@
 """From recorded limb motion to springs, dampers and joints, and why the built limb moves differently.
 
 The library: ``read_leg``, ``write_leg``, ``read_trials``, ``fit``, ``gap``, ``jump_gap``, ``design``, ``spring``,
-``hopper``, ``compare``. Their results are tables (``to_frame``), figures (``plot``), notebook cells and folders of
-files (``save``). Everything is loaded when it is first used.
+``hopper``, ``compare``, ``load_effect``. Their results are tables (``to_frame``), figures (``plot``), notebook cells
+and folders of files (``save``). Everything is loaded when it is first used.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ _PUBLIC = {
     "gap": "synth.api.gaps",
     "hopper": "synth.api.hoppers",
     "jump_gap": "synth.api.jump_gaps",
+    "load_effect": "synth.api.own_effects",
     "read_leg": "synth.api.recorded",
     "read_trials": "synth.api.recorded",
     "spring": "synth.api.springs",
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     from synth.api.gaps import Gap, gap
     from synth.api.hoppers import Hopper, hopper
     from synth.api.jump_gaps import JumpGap, jump_gap
+    from synth.api.own_effects import load_effect
     from synth.api.recorded import read_leg, read_trials, write_leg
     from synth.api.springs import SpringAnswer, spring
     from synth.errors import CannotBeHad, Problem, UserError
@@ -97,6 +99,7 @@ __all__ = [
     "gap",
     "hopper",
     "jump_gap",
+    "load_effect",
     "read_leg",
     "read_trials",
     "spring",

@@ -1,6 +1,6 @@
 """Imports for a user's own effect file: the definition of an effect and the compiled building blocks.
 
-A stable name for files outside this package (``synth gap --effect mine.py`` and the entry point group
+A stable name for files outside this package (``--effect mine.py``, ``synth.load_effect`` and the entry point group
 ``synth.effects``); the effects themselves live with their plant, in ``synth.swing.effects`` and ``synth.jump.effects``.
 """
 

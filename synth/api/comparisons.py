@@ -18,6 +18,7 @@ from synth.comparison.side import ComparedMotion, Side
 from synth.comparison.side_source import RESULTS, Source
 from synth.files.output import sha256_file
 from synth.parts.resolver import resolver
+from synth.swing.foreign_effects import own_hashes
 from synth.swing.leg_model import Leg
 
 
@@ -114,7 +115,7 @@ def compare_opened(
 ) -> Compared:
     """Compare opened sides; ``starts`` : the common starts, by default those of the first recorded side."""
     with stage("simulating every leg from the same starts"):
-        inputs = _inputs(sources)
+        inputs = _inputs(sources) | own_hashes(*(side.leg for side in sides))
         found = _compare(list(sides), reference=reference, stretch=dict(stretch), starts=list(starts), inputs=inputs)
     return Compared(found)
 

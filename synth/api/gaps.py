@@ -25,13 +25,12 @@ from synth.files.gap_project import read_gap_project as _read_gap_project
 from synth.files.input_hashes import input_hashes
 from synth.files.leg_in_code import check_leg
 from synth.files.made_in_code import in_code
-from synth.files.output import sha256_file
 from synth.files.simulator_files import write_simulator_files
 from synth.files.tolerance import Tolerance
 from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import Trial
 from synth.parts.resolver import resolver
-from synth.swing.effects.users_own import load_file
+from synth.swing.foreign_effects import own_hashes
 from synth.swing.leg_model import Leg
 
 
@@ -108,31 +107,26 @@ class Gap(Diagnosed):
 
 @dataclass(frozen=True, eq=False)
 class CheckedGap:
-    """A project with checked trials. ``effects`` : files of the user's own effects to include."""
+    """A project with checked trials."""
 
     project: GapProject
     warnings: tuple[str, ...]
-    effects: tuple[str, ...] = ()
 
 
-def read_gap(path: str | Path, *, effects: Sequence[str] = ()) -> GapProject:
+def read_gap(path: str | Path) -> GapProject:
     """Read a project of kind ``gap`` for a swinging leg.
-
-    ``effects`` : files of the user's own effects; they are executed.
 
     Raises
     ------
     UserError
         With every mistake of the project, the leg and the trials.
     """
-    for file in effects:
-        load_file(file)
     return _read_gap_project(path, resolve_part=resolver())
 
 
-def with_checked_trials(project: GapProject, *, effects: Sequence[str] = ()) -> CheckedGap:
-    """The project with warnings about its trials; ``effects`` : files of the user's own effects to include."""
-    return CheckedGap(project, tuple(check_trials(project.leg, project.trials)), tuple(effects))
+def with_checked_trials(project: GapProject) -> CheckedGap:
+    """The project with warnings about its trials."""
+    return CheckedGap(project, tuple(check_trials(project.leg, project.trials)))
 
 
 def gap(
@@ -190,7 +184,7 @@ def gap(
             progress=say,
         )
     messages = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
-    return Gap(project, replace(result, warnings=messages, inputs=_inputs(checked)))
+    return Gap(project, replace(result, warnings=messages, inputs=_inputs(project)))
 
 
 def _in_code(leg: Leg, trials: Sequence[Trial]) -> GapProject:
@@ -214,6 +208,6 @@ def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | No
     return project
 
 
-def _inputs(checked: CheckedGap) -> Mapping[str, str]:
-    """Every input file with its SHA-256: project, leg, the user's effects, recordings."""
-    return input_hashes(checked.project) | {Path(file).name: sha256_file(file) for file in checked.effects}
+def _inputs(project: GapProject) -> Mapping[str, str]:
+    """Every input file with its SHA-256: project, leg, the user's effects, all of them candidates, and recordings."""
+    return input_hashes(project) | own_hashes()

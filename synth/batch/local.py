@@ -16,6 +16,7 @@ from typing import Any
 
 from synth.batch.task_outcome import TaskOutcome, performed
 from synth.errors import Problem
+from synth.swing.foreign_effects import own_files
 from synth.threads import children_of_one_thread
 
 AHEAD = 2  # queued tasks per process; each holds a project's recordings
@@ -83,7 +84,7 @@ def run_here(
         try:
             while True:
                 while len(waiting) < AHEAD * workers and (call := next(rest, None)) is not None:
-                    waiting[pool.processes.submit(performed, function, call[1])] = call
+                    waiting[pool.processes.submit(performed, function, call[1], None, own_files())] = call
                 if not waiting:
                     break
                 broken: list[tuple[str, Any]] = []
@@ -112,7 +113,7 @@ def _alone(function: Callable[[Any], Any], argument: Any, folder: str) -> TaskOu
     for _ in range(2):
         pool, finished = _Pool(1, folder), False
         try:
-            ended = pool.processes.submit(performed, function, argument).result()
+            ended = pool.processes.submit(performed, function, argument, None, own_files()).result()
             finished = True
             return ended
         except BrokenProcessPool:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.files.program_versions import versions
+from synth.swing.effects.users_own import OwnFile
+from synth.swing.foreign_effects import know
 from synth.threads import VARIABLE
 
 
@@ -35,12 +37,19 @@ def differences(wanted: Mapping[str, str], found: Mapping[str, str | None]) -> s
     )
 
 
-def performed(function: Callable[[Any], Any], argument: Any, wanted: Mapping[str, str] | None = None) -> TaskOutcome:
-    """Call the function in a process that only runs such tasks."""
+def performed(
+    function: Callable[[Any], Any],
+    argument: Any,
+    wanted: Mapping[str, str] | None = None,
+    effects: Sequence[OwnFile] = (),
+) -> TaskOutcome:
+    """Call the function in a process that only runs such tasks; ``effects`` : those of the user that it must know."""
     os.environ.setdefault(VARIABLE, "1")  # the other cores run other tasks
     if wanted is not None and (other := differences(wanted, versions())):
         return TaskOutcome(other=other)
     try:
+        for file in effects:
+            know(file)
         return TaskOutcome(value=function(argument))
     except UserError as error:
         return TaskOutcome(problems=tuple(error.problems))

@@ -78,7 +78,9 @@ def _quantity_text(item: Mapping[str, Any] | None) -> str:
 
 
 def _check_file(file: str, progress: Progress) -> ModelChecks:
+    from synth.errors import UserError
     from synth.files.yaml_lines import load
+    from synth.swing.foreign_effects import own_files
 
     if Path(file).is_dir():
         from synth.model_checks.designed_leg import designed_leg_checks
@@ -87,6 +89,8 @@ def _check_file(file: str, progress: Progress) -> ModelChecks:
             return designed_leg_checks(Path(file))
     if load(file).value.get("kind") == "leg":
         return _leg(file, progress)
+    if own_files():
+        raise UserError("--effect applies to swinging legs; a jumping leg has built-in effects only")
     return _hopper(file, progress)
 
 
@@ -99,6 +103,7 @@ def _leg(file: str, progress: Progress) -> ModelChecks:
     from synth.model_checks.other_engine import same_release
     from synth.model_checks.swinging import swinging_checks
     from synth.parts.resolver import resolver
+    from synth.swing.foreign_effects import own_hashes
 
     named = [Path(file)]
     leg = read_leg(file, resolve_part=resolver(), opened=named.append)
@@ -109,6 +114,7 @@ def _leg(file: str, progress: Progress) -> ModelChecks:
     with progress.stage("the same release by another engine"):
         more, missing = same_release(leg)
     inputs = tuple((name_from(Path(file).parent, each), sha256_file(each)) for each in named)
+    inputs += tuple(own_hashes(leg).items())
     return ModelChecks(leg.name, "leg", (*checks, *more), (*left_out, *missing), inputs, leg_doubts(leg))
 
 

@@ -20,6 +20,7 @@ WITH_JSON = (
     "warmup",
 )  # all but `completion`, whose result is a script; `synth spring` has its own --json
 WITH_UNITS = ("fit", "leg", "spring")  # their tables contain lengths, rates and similar quantities
+WITH_EFFECTS = ("fit", "leg", "gap", "compare", "check", "import")  # they read swinging legs
 READING_LEGS = ("fit", "leg", "gap", "import", "hopper")  # their projects name files
 
 
@@ -32,6 +33,9 @@ def add_common(parser: argparse.ArgumentParser, command: str) -> None:
     if command in WITH_UNITS:
         words = "units of tables and sheets (default: those of the input); result files stay in SI"
         parser.add_argument("--units", type=one_of(["inch", "metric"]), metavar="inch|metric", help=words)
+    if command in WITH_EFFECTS:
+        words = "your own effect, which a leg holds or, in gap, may explain it; its file is executed; repeatable"
+        parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help=words)
     if command in READING_LEGS:
         words = "allow a leg file outside the project's folder and repository"
         parser.add_argument("--allow-outside", action="store_true", help=words)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,13 +16,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("file", help="project file, kind: gap, or a folder of such; its leg swings or jumps")
     parser.add_argument("--out", metavar="DIR", help="folder to write, whole or not at all; optional with --check")
-    parser.add_argument(
-        "--effect",
-        action="append",
-        default=[],
-        metavar="FILE.py",
-        help="your own effect to include; its file is executed; repeatable",
-    )
     parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
     parser.add_argument(
         "--check",
@@ -59,10 +51,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         from synth.commands.gap_jumps import run_jumps
 
         return run_jumps(arguments, progress)
-    from synth.swing.effects.users_own import blamed_on
-
-    with blamed_on({os.path.realpath(file): file for file in arguments.effect}):
-        return _run_swings(arguments, progress)
+    return _run_swings(arguments, progress)
 
 
 def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
@@ -71,7 +60,7 @@ def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.commands.project_folder import refuse_options, run_folder
     from synth.errors import UserError
 
-    refuse_options(arguments, ("effect", "check", "rehearse", "count", "keep"), "is a folder; this is for one project")
+    refuse_options(arguments, ("check", "rehearse", "count", "keep"), "is a folder; this is for one project")
     if not arguments.out:
         raise UserError('--out is missing: "--out DIR" names the folder to write (see synth gap --help)')
     return run_folder(arguments, progress, gaps())
@@ -107,7 +96,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.files.output import output_folder
 
     with progress.stage("reading the project"):
-        project = read_gap(arguments.file, effects=arguments.effect)
+        project = read_gap(arguments.file)
     if arguments.check:
         from synth.commands.gap_check import run_check
 
@@ -117,7 +106,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
 
         return run_rehearsal(arguments, progress, project)
     with progress.stage("checking the trials"):
-        given = with_checked_trials(project, effects=arguments.effect)
+        given = with_checked_trials(project)
     if arguments.dry_run:
         for sentence in given.warnings:
             progress.say(f"note: {sentence}")

@@ -86,6 +86,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     file = out / project_file(project.leg)
     what = "fit" if file.stem == "fit" else "diagnose"
     words = ["synth", file.stem, str(file), "--out", f"{out.name}_{file.stem}"]
+    words += [word for each in arguments.effect for word in ("--effect", each)]
     progress.say(f"trials: {out / TRIALS}/*.csv; {what} them with: {shlex.join(words)}")
     progress.say(f"check the stick figure before you {what}: {out / 'report.html'}")
     return 0

@@ -123,6 +123,7 @@ class Progress:
         from synth.cache import cache_folder
         from synth.compiling.numba_internals import without_products
         from synth.swing.chain import compiled_chain, is_compiled
+        from synth.swing.chain_modules import how_often
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"
         text = f"loading the equations of motion for {links}"
@@ -131,7 +132,8 @@ class Progress:
             # Measured on two idle cores, nothing on disk: 3 s for three links, 9 s with effects, and 9 s more of a busy
             # processor for the implicit step of bent damper curves.
             what, spent = ("with effects", "8 to 20") if effects else ("without effects", "3 to 6")
-            once = f"{what}, once on this machine, {spent} s; stored in {cache_folder()}"
+            often = how_often(compiled_chain(n_link).effects if effects else ())
+            once = f"{what}, {often}, {spent} s; stored in {cache_folder()}"
             text = f"compiling the equations of motion for {links} ({once})"
         with self.stage(text):
             compiled_chain(n_link).load(plain=not effects)

@@ -123,6 +123,11 @@ def _runner(
     if arguments.scheduler is not None:
         if arguments.workers is not None:
             raise UserError(Problem("applies to this machine; a cluster has its own workers", key="--workers"))
+        if arguments.effect:
+            text = (
+                "is a file of this machine; offer your effect to a cluster's workers by a package (see docs/extend.md)"
+            )
+            raise UserError(Problem(text, arguments.effect[0], key="--effect"))
         with progress.stage(f"connecting to {arguments.scheduler}"):
             cluster = stack.enter_context(connected(arguments.scheduler))
         progress.say(f"{cluster.threads} projects at once on the cluster")

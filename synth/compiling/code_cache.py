@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from synth.compiling.compiled import kept_code
-from synth.compiling.modules import made_module
+from synth.compiling.modules import is_loaded, made_module
 from synth.threads import core_count
 
 
@@ -30,8 +30,9 @@ def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
 
 
 def on_disk(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> bool:
-    """Whether compiled code for this text and its dependencies is stored."""
-    return kept_code(_module_name(name, text, depends_on))
+    """Whether compiled code for this text and its dependencies is stored, or in this process."""
+    module_name = _module_name(name, text, depends_on)
+    return is_loaded(module_name) or kept_code(module_name)
 
 
 _loading = threading.RLock()  # a second thread must not receive a half-executed module

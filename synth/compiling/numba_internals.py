@@ -1,4 +1,4 @@
-"""Every use of numba beyond its public interface, each with a plain fallback.
+"""Every use of numba beyond its public interface, each with a plain fallback; ``reached_code`` reads its functions too.
 
 Benefits: stored code is used only if complete and unchanged (``KeptCode``); a step takes a tenth less time
 (``UNCOUNTED``); each start of an integration saves the time of ten steps (``entry_point``); a process starts 0.1 s
@@ -10,21 +10,22 @@ faster (``without_products``); a result does not depend on what was compiled in 
 from __future__ import annotations
 
 import hashlib
-import inspect
 import pickle
 import re
 import sys
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 from numba import njit
 from numba.types import WrapperAddressProtocol
 
 from synth.cache import own_folder, read_sealed, write_sealed
 from synth.compiling.modules import absent, is_loaded
+from synth.compiling.reached_code import options_text, reached_by
 
 FOLDER = "code"
 
@@ -136,7 +137,8 @@ class KeptCode(NullCache):  # type: ignore[misc]
 
     numba's own cache reads any file in its folder: a truncated file stops every command with a traceback, and a
     modified one is executed. Here each function is one file whose name contains a hash of everything that the code
-    depends on. No index is needed, and nothing becomes outdated.
+    depends on (``reached_code``). No index is needed, and nothing becomes outdated. A function that reaches what cannot
+    be hashed is not stored; each process compiles it.
 
     The content is machine code with its description pickled by numba, the only pickle in this package. It is
     read only after ``synth.cache`` has verified the file: a regular file, not a link, in a folder of
@@ -146,14 +148,7 @@ class KeptCode(NullCache):  # type: ignore[misc]
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}"
-        code = function.__code__.co_code
-        versions = numba.__version__, sys.version, _folder_hash(Path(__file__).parent)
-        self._depends = (
-            *versions,
-            _sources(function),
-            code,
-            [(name, _ordered(options[name])) for name in sorted(options)],
-        )
+        self._function, self._options = function, options
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The function's code for the signature and this processor; None if it must be compiled."""
@@ -168,10 +163,19 @@ class KeptCode(NullCache):  # type: ignore[misc]
         if path is not None and not cres.library.has_dynamic_globals:
             write_sealed(path, dumps(cres._reduce()))
 
+    @cached_property
+    def _depends(self) -> tuple[str, ...] | None:
+        """Found when the function is compiled, as all that it names is then defined; None: it cannot be hashed."""
+        reached = reached_by(self._function)
+        versions = numba.__version__, np.__version__, sys.version, _folder_hash(Path(__file__).parent)
+        return None if reached.obstacle else (*versions, reached.digest, options_text(self._options))
+
     def _path(self, sig: Any, codegen: Any) -> Path | None:
         folder = own_folder(FOLDER)
+        if folder is None or self._depends is None:
+            return None
         digest = hashlib.sha256(repr((self._depends, sig, codegen.magic_tuple())).encode()).hexdigest()
-        return None if folder is None else folder / f"{self._name}.{digest[:20]}"
+        return folder / f"{self._name}.{digest[:20]}"
 
 
 def _ready_to_link(target_context: Any) -> None:
@@ -183,17 +187,6 @@ def _ready_to_link(target_context: Any) -> None:
         target_context.refresh()
     else:
         RUNTIME.initialize(target_context)
-
-
-def _ordered(option: Any) -> Any:
-    """An option whose text is the same in every process: the order of a set of strings is not."""
-    return sorted(option) if isinstance(option, (set, frozenset)) else option
-
-
-def _sources(function: Callable[..., Any]) -> str:
-    """Hash of the source files beside a function's, which it may call; a generated module's name has its own hash."""
-    file = Path(inspect.getfile(function))
-    return _folder_hash(file.parent) if file.is_absolute() and file.exists() else ""
 
 
 @cache

@@ -21,7 +21,7 @@ from synth.files.paths import inside
 from synth.files.validate import ROUNDED, check_kind, check_part, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
 from synth.swing.drive_needs import BY_TRIALS, drive_needs, lacking, needs_by_file
-from synth.swing.effects import Effect, registered
+from synth.swing.effects import OWN_EFFECTS, Effect, registered
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 # (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
@@ -281,7 +281,7 @@ class _Reader:
                 possible = [known.name for known in self.specifications.values() if known.where == where]
                 if name not in possible:
                     there = _elsewhere(name, where, _known(self.given))
-                    more = f"; {there}" if there else near(name, possible)
+                    more = f"; {there}" if there else f"; {OWN_EFFECTS}{near(name, possible)}"
                     self.refuse(f'"{name}" is no effect that a {where} can hold{more}', place)
                 elif name in result:
                     self.refuse("is given twice; keep one", place)

@@ -15,6 +15,7 @@ from synth.files.schema import Default, Section, read_section
 from synth.files.trial_list import Trial, read_trials
 from synth.files.validate import check_kind, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
+from synth.swing.foreign_effects import own_hashes
 from synth.swing.leg_model import Leg
 
 LARGEST = 100_000_000  # bytes; each format has a limit of its own below
@@ -99,6 +100,8 @@ class ProjectReader:
             leg = read_leg(path, resolve_part=self.resolve_part, opened=named.append)
             for each in named:
                 self.note(each)
+            own = (InputFile(*each) for each in own_hashes(leg).items())  # named by the user, who may keep it anywhere
+            self.inputs += [each for each in own if each not in self.inputs]
             return leg
         return None
 

@@ -1,4 +1,4 @@
-"""What a result depends on beside its input files: this program's source and the versions of its libraries.
+"""What a result depends on beside its input files: this program's source, its libraries, and effects from outside it.
 
 The cache of stages, the finished results of an interrupted run, and the workers of a cluster ask this one list.
 """
@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 import synth
+from synth.swing.foreign_effects import digests
 
 LIBRARIES = (
     "numpy", "scipy", "numba", "cadquery", "cadquery-ocp", "vtk", "trimesh", "manifold3d", "ezdxf", "jinja2",
@@ -22,10 +23,10 @@ SHOWN = 16  # digits of the source's hash, in messages too; by chance two are eq
 
 
 def versions() -> dict[str, str]:
-    """The versions that must be equal for identical output: Python, this program, its source, its libraries."""
+    """The versions that must be equal for identical output: Python, this program, its source, libraries, effects."""
     python = ".".join(platform.python_version_tuple()[:2])
     found = {"python": python, "synth": synth.__version__, "synth's source": _own_source()}
-    return found | {name: _version(name) for name in LIBRARIES}
+    return found | {name: _version(name) for name in LIBRARIES} | digests()
 
 
 @cache

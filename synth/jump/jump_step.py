@@ -17,8 +17,7 @@ of a W-method up to the third order but for that of A A f, whose error is g^2/2 
 is damped for all steps, and at once for a large one. With A = 0 the pair is the explicit one. The winding, which decays
 at 4e3/s, is not part of A: its error of that kind made clearances 0.14 mm wrong where they are 0.05 mm wrong now.
 
-It is inlined into the loops that use it (``jump_integrator.jump``, ``recorder.record``) and into their cached code,
-which is recompiled only when their own files change: after a change here, touch those.
+It is inlined into the loops that use it (``jump_integrator.jump``, ``recorder.record``).
 """
 
 from __future__ import annotations

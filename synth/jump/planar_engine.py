@@ -10,8 +10,8 @@ With J the constraints' Jacobian (foot right - foot left = 0),
 
 (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2; the last two terms are Baumgarte's, Computer Methods
 in Applied Mechanics and Engineering 1 (1972) 1-16, with alpha = 300/s). The gears' torques enter linearly and are
-solved for as in the lanes. Motor and gear are ``synth.drives.motor_law``, inlined: after a change there, touch this
-file, whose cached code is recompiled only when it changes. Steps are those of the same Bogacki-Shampine pair.
+solved for as in the lanes. Motor and gear are ``synth.drives.motor_law``, inlined. Steps are those of the same
+Bogacki-Shampine pair.
 """
 
 from __future__ import annotations

@@ -25,6 +25,7 @@ from synth.model_checks.checked import ModelCheck, ModelChecks
 from synth.model_checks.other_engine import HOW
 from synth.parts.resolver import resolver
 from synth.swing.effects import backlash
+from synth.swing.foreign_effects import own_hashes
 from synth.swing.leg_model import Leg
 
 LIMIT = radians(0.3)  # issue 14, point 13: the exported model follows the report's prediction
@@ -54,7 +55,7 @@ def designed_leg_checks(folder: Path) -> ModelChecks:
         raise UserError(Problem(f"is not a result of synth leg: {', '.join(missing)} is missing", str(folder)))
     design = json.loads((folder / DESIGN).read_text(encoding="utf-8"))
     leg = read_leg(folder / BUILT, resolve_part=resolver())
-    inputs = tuple((path.name, sha256_file(path)) for path in files)
+    inputs = tuple((path.name, sha256_file(path)) for path in files) + tuple(own_hashes(leg).items())
     try:
         import mujoco
     except ImportError:

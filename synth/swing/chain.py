@@ -17,7 +17,7 @@ from synth.compiling.announced import announced
 from synth.compiling.numba_internals import as_argument, entry_point
 from synth.drives.servo import ServoSignals
 from synth.swing.active_effects import ActiveEffects
-from synth.swing.chain_modules import LARGEST, LAWS, PLAIN, ModuleText, chain_modules
+from synth.swing.chain_modules import LARGEST, LAWS, PLAIN, ModuleText, chain_modules, how_often
 from synth.swing.driving_inputs import DrivingInputs
 from synth.swing.effects import Effect, registered
 from synth.swing.known_torque import HeldCommands, Linear
@@ -132,7 +132,7 @@ class Chain:
             return
         # Idle, nothing on disk, two links: 31 s of processor; with servos' integrator in place of ``smooth`` 48 s.
         text = "compiling the equations of motion with friction, drag and hardening, which the residuals ask for"
-        with announced(f"{text} (once on this machine, 10 to 40 s; stored in {cache_folder()})"):
+        with announced(f"{text} ({how_often(self.effects)}, 10 to 40 s; stored in {cache_folder()})"):
             self._load(LAWS)
 
     def _load(self, names: Sequence[str]) -> None:

@@ -1,4 +1,7 @@
-"""The generated modules of a chain of links: their text, and the files on which their compiled code depends."""
+"""The generated modules of a chain of links: their text, and the files on which their compiled code depends.
+
+The files tell whether code is on disk before anything compiles; which code is used, ``numba_internals.KeptCode`` knows.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from types import ModuleType
 
 from synth.compiling import code_cache
 from synth.compiling.modules import source_file, with_constant
+from synth.compiling.reached_code import reached_by
 from synth.swing import chain_source, stage_source
 from synth.swing.effects import Effect
 from synth.swing.lane_layout import Layout
@@ -44,20 +48,16 @@ class ModuleText:
 
     @property
     def on_disk(self) -> bool:
-        """Whether its compiled code is on disk."""
+        """Whether its compiled code is on disk, or in this process."""
         return code_cache.on_disk(*self.parts)
 
 
 def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, ModuleText]:
     """Name -> module, for all modules of a chain of this layout; ``effects`` : in the order of ``layout.laws``."""
     imports = {effect.name: effect.module for effect in effects}
-    modules = (
-        "synth.compiling.trigonometry",
-        *DRIVES,
-        "synth.swing.effects.inlined",
-        *imports.values(),
-    )
-    files = tuple(source_file(module) for module in modules)
+    files = tuple(source_file(module) for module in ("synth.compiling.trigonometry", *DRIVES))
+    # Not the effects' files alone, which may take numbers and functions from others.
+    reached = "".join(f"# {effect.name}: {reached_by(effect.function()).digest}\n" for effect in effects)
     integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
     smooth = with_constant(integrator, "WHOLE", False)
     plain = with_constant(with_constant(smooth, "EXTRA", False), "LINKS", layout.n)
@@ -67,7 +67,7 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
         "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
         "plain": ModuleText(f"plain{layout.n}", plain, called[:3]),
         "smooth": ModuleText("smooth", smooth, called[:3]),
-        "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
+        "torques": ModuleText("torques", chain_source.extra_torques(layout, imports) + reached, files),
         "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": ModuleText("integrator", integrator, called),
         "friction": ModuleText("friction", friction, called),
@@ -79,3 +79,12 @@ def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, Modu
         made["stages"] = ModuleText(f"stages{layout.n}", stage_source.stage_functions(layout), files[:1])
         made["curves"] = ModuleText("curves", implicit, rows)
     return made
+
+
+def how_often(effects: tuple[Effect, ...]) -> str:
+    """How often the code of these effects compiles, in words: where it cannot be stored, at each start."""
+    obstacles = ((effect.name, reached_by(effect.function()).obstacle) for effect in effects)
+    kept_from = [f"{name} uses {obstacle}" for name, obstacle in obstacles if obstacle]
+    if not kept_from:
+        return "once on this machine"
+    return f"at each start, because code cannot be stored if {'; '.join(kept_from)}"

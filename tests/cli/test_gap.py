@@ -16,6 +16,7 @@ import pytest
 from diagnosis.made_effect import CUBIC_DRAG
 from diagnosis.made_result import made_result
 from synth.cli import main
+from synth.commands.progress import Progress
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial
@@ -147,10 +148,20 @@ def test_a_users_effect_is_a_candidate(
 ) -> None:
     monkeypatch.setattr(effects, "from_files", {})
     (tmp_path / "cubic.py").write_text(CUBIC_DRAG)
-    path = project()
-    command = ["-q", "gap", str(path), "--effect", str(tmp_path / "cubic.py"), "--out", str(tmp_path / "out")]
-    assert main([*command, "--dry-run"]) == 0
-    assert "cubic_drag" in [effect.name for effect in effects.registered()]
+    known: list[str] = []
+    monkeypatch.setattr(Progress, "compiling", lambda *_, **__: None)
+    monkeypatch.setattr(
+        "synth.api.gaps.diagnose",
+        lambda *given, **options: (
+            known.extend(effect.name for effect in effects.registered()),
+            calls.diagnose(*given, **options),
+        )[1],
+    )
+    command = ["-q", "gap", str(project()), "--effect", str(tmp_path / "cubic.py"), "--out", str(tmp_path / "out")]
+    assert main(command) == 0
+    assert "cubic_drag" in known
+    assert json.loads((tmp_path / "out" / "gap.json").read_text())["inputs"]["cubic.py"]
+    assert "cubic_drag" not in [effect.name for effect in effects.registered()]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 Each module of this package contains one ``EFFECT``, except those in ``_NOT_EFFECTS``. Further effects come from
 installed packages by the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the
-user names. The effects of the jumping leg are in ``synth.jump.effects``.
+user names (``--effect``, ``synth.load_effect``). The effects of the jumping leg are in ``synth.jump.effects``.
 """
 
 from __future__ import annotations
@@ -16,9 +16,18 @@ from importlib.metadata import entry_points
 from synth.errors import UserError
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
 
-__all__ = ["Effect", "Parameter", "Prior", "Shape", "effect_named", "from_files", "installed", "registered"]
+__all__ = [
+    "OWN_EFFECTS", "Effect", "Parameter", "Prior", "Shape", "any_foreign", "effect_named", "from_files", "installed",
+    "registered",
+]  # fmt: skip
 
 _NOT_EFFECTS = ("definition", "inlined", "torque_along_motion", "torque_along_motion_loop", "users_own")
+GROUP = "synth.effects"  # of entry points
+# Added to the message about a name that no effect has.
+OWN_EFFECTS = (
+    "one of your own is given by --effect FILE.py, in Python by synth.load_effect, or by its package (entry point "
+    f"{GROUP})"
+)
 from_files: dict[str, Effect] = {}  # name -> effect that ``users_own.load_file`` read
 
 
@@ -27,7 +36,7 @@ def installed() -> dict[str, Effect]:
     """Name -> effect, of this package and of installed packages."""
     names = sorted(m.name for m in pkgutil.iter_modules(__path__) if not m.ispkg and m.name not in _NOT_EFFECTS)
     modules = [importlib.import_module(f"{__name__}.{name}") for name in names]
-    modules += [point.load() for point in sorted(entry_points(group="synth.effects"), key=lambda p: p.name)]
+    modules += [point.load() for point in sorted(entry_points(group=GROUP), key=lambda p: p.name)]
     found: dict[str, Effect] = {}
     for module in modules:
         effect = replace(module.EFFECT, module=module.__name__)
@@ -37,6 +46,11 @@ def installed() -> dict[str, Effect]:
             )
         found[effect.name] = effect
     return found
+
+
+def any_foreign() -> bool:
+    """Whether there are effects from outside this package; it imports none."""
+    return bool(from_files) or bool(entry_points(group=GROUP))
 
 
 def registered() -> tuple[Effect, ...]:

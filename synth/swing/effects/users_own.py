@@ -14,7 +14,7 @@ import stat
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
@@ -28,6 +28,17 @@ from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Need, P
 
 SIZE_LIMIT = 1_000_000  # bytes, a thousand times the size of an effect's file
 LANES = 2  # legs in parallel in a trial call
+
+
+@dataclass(frozen=True)
+class OwnFile:
+    """A file of the user's that was executed, and the SHA-256 of its content then."""
+
+    path: Path
+    sha256: str
+
+
+executed: dict[str, OwnFile] = {}  # module of an effect -> its file
 
 
 class WrongEffect(Exception):
@@ -65,7 +76,8 @@ def load_file(path: str | Path) -> Effect:
     """
     given, path = Path(path), Path(os.path.realpath(path))
     text = source_of(path, str(given))
-    name = f"synth_user_effect_{hashlib.sha256(text).hexdigest()[:16]}"  # the same text is compiled once
+    digest = hashlib.sha256(text).hexdigest()
+    name = f"synth_user_effect_{digest[:16]}"  # the same text is compiled once
     try:
         module = module_from_text(name, text, str(path))
         effect = getattr(module, "EFFECT", None)
@@ -83,6 +95,7 @@ def load_file(path: str | Path) -> Effect:
     except Exception as error:
         messages = f"cannot be run: {one_line(error)}"
         raise UserError(Problem(messages, file=str(given), line=line_of(error, path))) from error
+    executed[name] = OwnFile(path, digest)
     effects.from_files[effect.name] = replace(effect, module=name)
     return effects.from_files[effect.name]
 

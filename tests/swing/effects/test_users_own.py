@@ -19,6 +19,7 @@ from swing.effects.test_mirror import GIVEN
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.swing.chain import compiled_chain, is_compiled, simulate
+from synth.swing.chain_modules import how_often
 from synth.swing.effects import effect_named, registered
 from synth.swing.effects.users_own import blamed_on, load_file
 
@@ -87,6 +88,40 @@ def test_an_edited_file_is_another_effect(magnet: Path) -> None:
     load_file(magnet)
     other = simulate(made, [0.1], [0.0], np.array([0.0, 0.02]), tolerance=1e-10)[-1, 0]
     assert one < 0.1 < other
+
+
+POLES = "from synth.effects import inlined\n\nPOLES = {poles}\n\n\n@inlined\ndef turns(q):\n    return {turns} * q\n"
+
+
+@pytest.mark.parametrize(("poles", "turns"), [(6.0, 1.0), (3.0, 4.0)])
+def test_an_effect_follows_the_module_from_which_it_takes_a_number_and_a_function(
+    poles: float, turns: float, magnet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own file stays as it is."""
+    (tmp_path / "magnet_numbers.py").write_text(POLES.format(poles=poles, turns=turns))
+    monkeypatch.syspath_prepend(tmp_path)
+    text = MAGNET.replace("EFFECT = ", "from magnet_numbers import POLES, turns\n\nEFFECT = ")
+    magnet.write_text(text.replace("sin(poles * rotation)", "sin(POLES * turns(rotation))"))
+    try:
+        load_file(magnet)
+        got = simulate(leg({"cogging": {"strength": 0.8}}), [0.7], [0.0], np.array([0.0, 0.1]), tolerance=1e-10)[-1, 0]
+    finally:
+        del sys.modules["magnet_numbers"]
+
+    def derivative(_: float, state: np.ndarray) -> list[float]:
+        return [state[1], (-RATE * state[0] - 0.8 * np.sin(poles * turns * state[0])) / INERTIA]
+
+    assert got == pytest.approx(solve_ivp(derivative, (0, 0.1), [0.7, 0.0], rtol=1e-11, atol=1e-12).y[0, -1], abs=1e-8)
+
+
+def test_code_that_cannot_be_stored_is_said_to_compile_at_each_start(magnet: Path) -> None:
+    plain = "from numba.extending import register_jitable\n\n\n@register_jitable\ndef turned(q):\n    return q\n\n\n"
+    magnet.write_text(
+        MAGNET.replace("@inlined", f"{plain}@inlined").replace("poles * rotation", "poles * turned(rotation)")
+    )
+    assert how_often((effect_named("backlash"),)) == "once on this machine"
+    told = how_often((effect_named("backlash"), load_file(magnet)))
+    assert told.startswith("at each start, because code cannot be stored if cogging uses turned, which is a function")
 
 
 @pytest.mark.parametrize(
