@@ -117,9 +117,9 @@ def bought_or_wound(design: LegDesign) -> list[BomLine]:
 
 def _spring_lines(joint: str, option: SpringOption, drawn: JointDimensions | None = None) -> list[BomLine]:
     """Springs to buy, of a pair a line for each hand; or lengths of wire with the allowance for winding."""
-    hands = f", {hand_words(hands_of(option))}" if option.number > 1 else ""
     if option.row is not None:
-        return _bought_lines(joint, option, option.row, hands, drawn)
+        return _bought_lines(joint, option, option.row, drawn)
+    hands = f", {hand_words(hands_of(option))}" if option.number > 1 else ""
     design = option.design
     assert design is not None
     item = (
@@ -133,7 +133,7 @@ def _spring_lines(joint: str, option: SpringOption, drawn: JointDimensions | Non
 
 
 def _bought_lines(
-    joint: str, option: SpringOption, row: TorsionSpringRow, hands: str, drawn: JointDimensions | None
+    joint: str, option: SpringOption, row: TorsionSpringRow, drawn: JointDimensions | None
 ) -> list[BomLine]:
     """Springs of one part, or of a pair the part and that of the other hand, by its number if a catalogue has it."""
 
@@ -144,7 +144,9 @@ def _bought_lines(
                        source=of.source, family="spring", place=place)  # fmt: skip
 
     if not is_pair(option):
-        return [line(row, hands if row.hand else "", option.count, None)]
+        hands = hand_words(hands_of(option))
+        as_drawn = "" if drawn is None else f", drawn {hands}"
+        return [line(row, f", {hands}" if row.hand else as_drawn, option.count, None)]
     first, second = (f"{hand}-hand" for hand in hands_of(option)) if row.hand else ("one hand", "the other hand")
     lines = [line(row, f", {first}", 1, 0)]
     if option.mirror is not None:

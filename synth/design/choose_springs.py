@@ -30,7 +30,7 @@ from synth.parts.part_candidates import (
 )
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import noted
-from synth.spring.bought_spring import PassedLimit, check_bought, opened_too_far, passed_limits, unknown_yield
+from synth.spring.bought_spring import PassedLimit, check_bought, passed_as_held, passed_limits, unknown_yield
 from synth.spring.design import SpringResult, design_spring
 from synth.spring.loose_test import LooseTest
 from synth.spring.spring_requirements import SpringRequirements
@@ -165,8 +165,8 @@ def spring_options(
 
     ``lasting`` as in ``spring_to_wind``. What is told of a spring to wind itself: ``warnings_of_wound``.
 
-    Bought springs that yield or pass their vendor's limits in the joint's travel are excluded, unless one is named by
-    its part number, or no other spring can be had: their ``passed`` is then not empty.
+    Bought springs that yield, break early or pass their vendor's limits in the joint's travel are excluded, unless one
+    is named by its part number, or no other spring can be had: their ``passed`` is then not empty.
 
     Raises
     ------
@@ -315,8 +315,8 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
     arm = JointArms(travel.opening, source.cad) if known else None
     check = check_bought(row, source.catalogue, travel.winding, travel.opening, arm=arm, rate=rate)
     yields = None if check is None else check.free_travel
-    passed = list(passed_limits(row, source.catalogue, travel.winding, yields=yields))
-    opened = None if check is None or _held_turned_round(check) else opened_too_far(check)
+    passed = passed_limits(row, source.catalogue, travel.winding, yields=yields)
+    unchecked = "" if check is not None else unknown_yield(row, source.catalogue)
     return SpringOption(
         rate * count,
         row.included_angle,
@@ -325,15 +325,10 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         count=count,
         closes=1 if travel.turned_round else -1,
         asked=asked,
-        passed=(*passed, *([] if opened is None else [opened])),
-        unchecked="" if check is not None else unknown_yield(row, source.catalogue),
+        passed=(*passed, *passed_as_held(check, source.choice.cycles, unchecked)),
+        unchecked=unchecked,
         mirror=mirror_of(row, source.catalogue.springs, source.parts) if count == 2 else None,
     )
-
-
-def _held_turned_round(check: SpringDesign) -> bool:
-    """Whether the spring bears the joint's travel in the other seat, in which ``well_seated`` draws it."""
-    return check.opening_travel <= check.free_travel and check.travel <= check.free_opening_travel
 
 
 def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -> tuple[SpringOption, list[str]]:

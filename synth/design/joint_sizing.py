@@ -13,7 +13,7 @@ from synth.design.damper_drawing import damper_of
 from synth.design.drawable_springs import drawn_pitch
 from synth.design.drawn_travel import drawn_range, is_asked, stops_of, turned_sentences, yields_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
-from synth.design.spring_hands import hand_notes, hands_of, is_pair
+from synth.design.spring_hands import hand_notes, hands_of, is_pair, unstated_hand
 from synth.design.stop_places import least_stops, within_damper
 from synth.errors import Problem, UserError
 from synth.parts.part_candidates import MEASURE_IT
@@ -281,8 +281,7 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
                 "choose another spring, or leave the solids out with --no-cad"
             )
             raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
-        if not row.hand:
-            notes.append(noted(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand"))
+        notes += unstated_hand(name, option)
         assert row.rate is not None
         # The catalogue's rate is that of the body alone; the arms make the spring softer.
         stiff = pi * row.mean_diameter * row.body_coils * row.rate * option.count / option.rate * 1e3

@@ -43,7 +43,9 @@ def _bought(option: SpringOption, row: TorsionSpringRow) -> dict[str, Any]:
     if is_pair(option):
         written["other_hand"] = None if option.mirror is None else option.mirror.part
     if row.derived:
-        written["derived"], written["measure_before_printing"] = list(row.derived), list(row.measure)
+        written["derived"] = list(row.derived)
+    if row.derived or row.measure:
+        written["measure_before_printing"] = list(row.measure)
     for name, value, unit in (
         ("wire_diameter", row.wire_diameter, "mm"),
         ("outer_diameter", row.outer_diameter, "mm"),

@@ -46,6 +46,23 @@ def hand_notes(joint: str, option: SpringOption) -> list[str]:
     return []
 
 
+def unstated_hand(joint: str, option: SpringOption) -> list[str]:
+    """That no catalogue states the hand of a drawn spring, for which three parts are printed; not of a pair."""
+    row = option.row
+    if row is None or row.hand or is_pair(option):
+        return []
+    hand = hands_of(option)[0]
+    text = (
+        f"{joint}: the catalogue does not say which way {row.part} is wound; drawn {hand}-hand. One of the other hand "
+        "does not fit the printed lower part, upper part and seat"
+    )
+    remedy = (
+        "Look which way it is wound before printing: a right-hand coil rises like a common screw's thread. If it is "
+        "the other one, add a row of it with its hand under select.catalogs."
+    )
+    return [decisive(text, remedy)]
+
+
 def hand_warnings(joint: str, option: SpringOption) -> list[str]:
     """A warning on a bought pair of which no catalogue has the spring of the other hand."""
     row = option.row

@@ -10,7 +10,7 @@ from synth.design.choose_springs import SpringOption, WantedTravel
 from synth.design.spring_hands import hand_warnings
 from synth.files.project_options import SpringChoice
 from synth.remarks import decisive, noted
-from synth.spring.bought_spring import opened_too_far, vendor_limits
+from synth.spring.bought_spring import PassedLimit, breaks_early, opened_too_far, vendor_limits
 
 if TYPE_CHECKING:
     from synth.cad import JointDimensions
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 BEAR_IT = (
     "Have one wound (make: true), allow other rates or several in parallel (rate_tolerance, parallel), add a table "
     "under select.catalogs, or give the joint a smaller range."
+)
+LAST_LONGER = (
+    "State the full turns that it must last (cycles), so that only springs that last them are taken, or give the joint "
+    "a smaller range."
 )
 LAST_RESORT = "; it is taken because no bought spring that meets the constraints bears this joint's travel"
 
@@ -49,12 +53,33 @@ def spring_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> l
         ]
     why = "" if choice.part is not None else LAST_RESORT
     warnings = [decisive(f"{joint}: {option.part} {each.text}{why}", BEAR_IT) for each in option.passed]
-    opened = None if option.check is None else opened_too_far(option.check)
-    if opened is not None and all(each.reason != opened.reason for each in option.passed):
-        warnings.append(decisive(f"{joint}: {option.part} {opened.text}", BEAR_IT))
-    if option.row is not None and option.check is None:
-        warnings.append(f"{joint}: it is not known where {option.part} yields: {option.unchecked}")
+    known = {each.reason for each in option.passed}
+    drawn = [each for each in _passed_as_drawn(option, choice) if each.reason not in known]
+    warnings += [decisive(f"{joint}: {option.part} {each.text}", BEAR_IT) for each in drawn]
+    if option.row is not None:
+        warnings += _life_warnings(joint, option, choice)
     return [*warnings, *hand_warnings(joint, option)]
+
+
+def _passed_as_drawn(option: SpringOption, choice: SpringChoice) -> list[PassedLimit]:
+    """The limits that a bought spring passes with the arms of its drawn joint, in the seat in which it is drawn."""
+    if option.row is None or option.check is None:
+        return []
+    found = opened_too_far(option.check), breaks_early(option.check, choice.cycles)
+    return [each for each in found if each is not None]
+
+
+def _life_warnings(joint: str, option: SpringOption, choice: SpringChoice) -> list[str]:
+    """That a bought spring may break early where no number of turns is required, or that this cannot be told."""
+    check = option.check
+    if check is None:
+        return [f"{joint}: it is not known where {option.part} yields, nor how long it lasts: {option.unchecked}"]
+    if choice.cycles is not None:
+        return []
+    if check.life is None:
+        unknown = f"no fatigue data are known for {check.material} wire"
+        return [noted(f"{joint}: it is not known how long {option.part} lasts: {unknown}")]
+    return [decisive(f"{joint}: {option.part} {check.short_life}", LAST_LONGER)] if check.short_life else []
 
 
 def stop_warnings(joint: str, option: SpringOption, dimensions: JointDimensions) -> list[str]:

@@ -116,9 +116,9 @@ class SpringBounds:
 class SpringChoice(SpringBounds):
     """Requirements of a joint's spring in a leg design. A ``part`` is used ``parallel`` times, whatever its values.
 
-    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one if one fits. ``objective``,
-    ``cycles`` (full turns that it must last; default 100 000 if possible) and
-    ``rate_formula`` apply to a spring to wind.
+    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one if one fits. ``cycles``: full turns
+    that it must last; None: any, of springs to wind 100 000 if possible. ``objective`` and ``rate_formula`` apply to a
+    spring to wind.
     """
 
     make: Annotated[

@@ -32,9 +32,12 @@ LEVELS = 1.3  # ratio of the torques of a range that are tried: half of it is wi
 
 
 def usable_spring(row: TorsionSpringRow, materials: KnownMaterials) -> TorsionSpringRow:
-    """The spring with values to measure or order, or unchanged if more is missing."""
+    """The spring with values to measure or order, or unchanged if more is missing.
+
+    A complete row is complete without its hand, but a joint is printed for one hand: it is looked at on receipt.
+    """
     if row.complete:
-        return row
+        return row if row.hand else replace(row, measure=("hand",))
     tried, derived, measure = row.judged(""), [], []
     if row.part.startswith("("):
         derived.append("the part number, from the dimensions in the vendor's table")

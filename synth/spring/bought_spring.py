@@ -1,4 +1,4 @@
-"""A bought spring in a joint: whether it yields, or passes its vendor's limits, within the joint's travel."""
+"""A bought spring in a joint: whether it yields, breaks early, or passes its vendor's limits in the joint's travel."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from synth.errors import UserError
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.remarks import unlike
-from synth.spring.evaluate import check_spring
+from synth.spring.evaluate import broken_limits, check_spring
 from synth.spring.spring_result import SpringDesign
 from synth.spring.spring_task import FreeArm, SpringLimits, SpringTask
 from synth.spring.stress import free_travel
@@ -90,6 +90,44 @@ def passed_limits(
         text = f"yields at {limit} deg from its free angle, but the joint turns it {far} deg"
         yield PassedLimit(f"yields within {turned:.0f} deg", text)
     yield from vendor_limits(row, travel)
+
+
+def passed_as_held(check: SpringDesign | None, cycles: float | None, unchecked: str) -> Iterator[PassedLimit]:
+    """Yield where the joint opens the coil, in its better seat, and the required full turns; as in ``breaks_early``."""
+    opened = None if check is None or _held_turned_round(check) else opened_too_far(check)
+    early = breaks_early(check, cycles, unchecked)
+    yield from (each for each in (opened, early) if each is not None)
+
+
+def _held_turned_round(check: SpringDesign) -> bool:
+    """Whether the spring bears the joint's travel in the other seat, in which ``well_seated`` draws it."""
+    return check.opening_travel <= check.free_travel and check.travel <= check.free_opening_travel
+
+
+def breaks_early(check: SpringDesign | None, cycles: float | None, unchecked: str = "") -> PassedLimit | None:
+    """The number of full turns that is required, if the spring does not last it, or if its life cannot be told.
+
+    The judgement is that of a given spring, ``check_spring`` with ``cycles``: what is required must be known to hold.
+
+    Parameters
+    ----------
+    check
+        of ``check_bought``; None: too few data are known, ``unchecked`` says why.
+    cycles
+        full turns; None: none are required, and the answer is None.
+    """
+    if cycles is None:
+        return None
+    turns = f"{cycles:.0f} full turns"
+    if check is None:
+        return PassedLimit(f"life unknown, {turns} required", f"may not last {turns}: {unchecked}")
+    limits = SpringLimits(index_range=ANY_INDEX, cycles=cycles)
+    broken = next((each.text for each in broken_limits(check, limits) if each.limit == "fatigue"), None)
+    if broken is None:
+        return None
+    if check.life is None:
+        return PassedLimit(f"life unknown, {turns} required", f"may not last {turns}: {broken}")
+    return PassedLimit(f"may break before {turns}", f"may break before {turns}: {broken} (Gerber)")
 
 
 def opened_too_far(check: SpringDesign) -> PassedLimit | None:

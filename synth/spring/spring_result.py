@@ -217,17 +217,21 @@ class SpringDesign:
         return cylinder(self.widest_outer_diameter, self.wound_body_length)
 
     @property
+    def short_life(self) -> str:
+        """What the spring may do before ``DESIGN_LIFE``; empty if it lasts, yields at once, or its life is unknown."""
+        if self.life is None or self.safety < 1.0 or self.life.factor_1e5 >= 1.0:
+            return ""
+        return f"may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings that do not violate a limit, as sentences."""
         found: list[str] = []
         if self.strength_basis == "law":
             wire = MeasuredText(self.wire_diameter, "m")
             found.append(UnitText("strength by a fitted law: no maker's table lists ", wire, " wire"))
-        if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
-            text = (
-                f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
-            )
-            found.append(decisive(text))
+        if self.short_life:
+            found.append(decisive(f"it {self.short_life}"))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
         for check in low:
             borne, allowed = (

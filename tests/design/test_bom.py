@@ -80,7 +80,7 @@ UNKNOWN = replace(RIGHT, hand="")
 def test_a_bought_springs_line_states_the_vendors_rate_beside_that_in_the_joint() -> None:
     """LTR135H 10 M, whose clamped arms soften it: by 2.2247 N m/rad a correct spring is known on arrival."""
     (line,) = bom._spring_lines("knee", SpringOption(2.103, 2.0, row=RIGHT))
-    assert line.item == "torsion spring, 2.225 N*m/rad as sold, 2.103 N*m/rad in the joint"
+    assert line.item == "torsion spring, 2.225 N*m/rad as sold, 2.103 N*m/rad in the joint, right-hand"
     assert (line.quantity, line.part) == (1, "LTR135H 10 M")
 
 

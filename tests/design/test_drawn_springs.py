@@ -286,7 +286,7 @@ def test_a_bought_spring_yields_as_its_joint_holds_it(bought: LegDesign) -> None
     bent = check.rate * check.free_travel * check.load.ratios(check.free_travel).coil
     assert bent == pytest.approx(plain.rate * plain.free_travel)
     assert check.free_opening_travel < 0.97 * plain.free_opening_travel
-    assert spring_warnings("knee", option, SpringChoice()) == []
+    assert not [text for text in spring_warnings("knee", option, SpringChoice()) if "yields" in text]
     opened = replace(check, opening_travel=1.01 * check.free_opening_travel)
     assert "opens it" in spring_warnings("knee", replace(option, check=opened), SpringChoice())[0]
 

@@ -67,7 +67,7 @@ def test_the_page_is_told_of_a_named_spring_with_short_legs_and_the_bill_what_to
         assert all(severity_of(text) == "decide" for text in said)
         assert all(f"are 18 mm long, but their caps clamp them up to {needed:.1f} mm" in text for text in said)
         (line,) = _spring_lines("knee", option, drawn)
-        assert line.item == f"torsion spring, 2.225 N*m/rad as sold, 2.1 N*m/rad in the joint{cut}"
+        assert line.item == f"torsion spring, 2.225 N*m/rad as sold, 2.1 N*m/rad in the joint, right-hand{cut}"
     pair = SpringOption(4.2, 2.0, row=ROW, count=2, mirror=replace(ROW, part="LTL", leg_length=0.018))
     assert [text.partition(" are ")[0] for text in short_legs("knee", pair, drawn)] == ["knee: the legs of LTL"]
 

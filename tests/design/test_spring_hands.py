@@ -19,13 +19,14 @@ from synth.design.choose_springs import SpringOption, SpringSource, WantedTravel
 from synth.design.measured_rate import rate_in_joint
 from synth.design.solid_files import _how_to_test, _write_requests
 from synth.design.spring_entry import spring_entry
-from synth.design.spring_hands import hand_notes, hands_of, is_pair
+from synth.design.spring_hands import hand_notes, hands_of, is_pair, unstated_hand
 from synth.design.spring_warnings import spring_warnings
 from synth.files.project_options import CadOptions, MeasuredSpring, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import mirror_of
 from synth.parts.rows import TorsionSpringRow
-from synth.remarks import severity_of
+from synth.parts.usable import usable_spring
+from synth.remarks import remark_json, severity_of
 from synth.reports.section import AbsentResult
 from synth.reports.sections.spring_sheet import content
 from synth.spring.evaluate import check_spring
@@ -163,3 +164,27 @@ def test_a_bought_pair_has_a_part_of_each_hand_or_a_decisive_warning(catalogue: 
     assert spring_entry(option)["other_hand"] is None
     _, (text,) = pair_of(catalogue, replace(row, hand=""), left)
     assert "the catalogue does not state the hand of LTR135H 10 M" in text
+
+
+def test_a_hand_that_no_catalogue_states_is_to_be_looked_at_before_printing(catalogue: Catalogue) -> None:
+    """A complete row without a hand was drawn right-hand, for information; the parts printed for it fit no other."""
+    stated = row_of(catalogue)
+    assert usable_spring(stated, catalogue.known_materials).measure == ()
+    built_in = catalogue.find_spring("9271K621")
+    assert (built_in.hand, built_in.complete, built_in.measure) == ("", True, ("hand",))
+    option = SpringOption(2.1, radians(120.0), row=replace(stated, hand="", measure=("hand",)))
+    assert option.row is not None
+    assert spring_entry(option)["measure_before_printing"] == ["hand"]
+    (said,) = unstated_hand("knee", option)
+    assert severity_of(said) == "decide"
+    assert "drawn right-hand" in said
+    assert remark_json(said)["remedy"].startswith("Look which way it is wound before printing")
+    (line,) = _spring_lines("knee", option, KNEE)
+    assert "in the joint, drawn right-hand, " in line.item
+    assert line.item.endswith(" (measure before printing: hand)")
+    (line,) = _spring_lines("knee", option)  # nothing is drawn
+    assert line.item.endswith("in the joint (measure before printing: hand)")
+    known = replace(option, row=stated)
+    assert unstated_hand("knee", known) == []
+    assert _spring_lines("knee", known)[0].item.endswith("in the joint, right-hand")
+    assert unstated_hand("knee", replace(option, count=2)) == []  # one of each hand: ``hand_warnings``

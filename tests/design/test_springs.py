@@ -226,6 +226,5 @@ def test_a_spring_of_unknown_strength_is_reported_unchecked(catalogue: Catalogue
     unknown = replace(catalogue, springs=rows)
     made = choose(leg, choice(part="LTR080F 10 S"), unknown, TRAVEL)
     said = spring_warnings("knee", made.chosen[0], choice(part="LTR080F 10 S"))[0]
-    assert (
-        said == 'knee: it is not known where LTR080F 10 S yields: material "unobtainium" is not a known wire material'
-    )
+    why = 'material "unobtainium" is not a known wire material'
+    assert said == f"knee: it is not known where LTR080F 10 S yields, nor how long it lasts: {why}"

@@ -265,6 +265,9 @@ def test_enough_parts_can_be_chosen_and_unpublished_values_are_named() -> None:
     assert len(dampers) >= 25
     for row in (*springs, *dampers):
         assert row.complete == (not row.derived)
+        if row.complete:  # a joint is printed for one hand
+            assert row.measure in ((), ("hand",))
+            continue
         assert all(text in row.status for text in (*row.derived, *row.measure))
 
 

@@ -62,7 +62,7 @@ KEYS: dict[str, str] = {
     "spring_choice.max_wire_diameter": "Greatest wire diameter.",
     "spring_choice.objective": "Of the springs to wind: the smallest of those within a quarter of the lightest, "
     "the smallest of all, or that of longest life.",
-    "spring_choice.cycles": "Full turns that a spring to wind must last.",
+    "spring_choice.cycles": "Full turns that the spring must last, bought or wound.",
     "spring_choice.rate_formula": "`64`: bending only; `10.8`: with friction between the coils.",
     "spring_choice.parallel": "Largest number of equal bought springs in parallel; beside `part`, exactly so many.",
     "spring_choice.rate": "The wanted rate.",
