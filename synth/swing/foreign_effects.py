@@ -39,7 +39,8 @@ def known_effects(files: Sequence[str]) -> Iterator[None]:
 
 def own_files(*legs: Leg) -> tuple[OwnFile, ...]:
     """The files of the user's own effects that these legs hold; without a leg, of all that are known."""
-    held = {name for leg in legs for holder in (leg, *leg.joints) for name in holder.effects}
+    listed = [given for leg in legs for given in (leg.effects, *(joint.effects for joint in leg.joints))]
+    held = {name for each in listed for name in each}
     known = effects.from_files.values()
     return tuple(executed[each.module] for each in known if not legs or each.name in held)
 
