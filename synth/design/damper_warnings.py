@@ -76,7 +76,7 @@ def _slower_warnings(joint: str, option: DamperOption, speeds: ReachedSpeeds) ->
     share = 0.0 if known is None else speeds.share_below(known)
     if below is None or share < NO_TIME:
         return []
-    of = "of its lowest points" if below.found else "assumed: they give no plausible one"
+    of = "of its lowest points" if below.found else "assumed: they give no likely one"
     text = (
         f"{joint}: {option.part} is measured from {below.speed / RPM:.3g} rpm upwards, and turned more slowly for "
         f"{share:.0%} of the time. Its torque there is that of a power law, exponent {below.exponent:.2f} ({of}), and "

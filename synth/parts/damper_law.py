@@ -133,9 +133,3 @@ def low_speed_law(table: DamperCurve) -> LowSpeedLaw | None:
     if not PLAUSIBLE_EXPONENTS[0] <= exponent <= PLAUSIBLE_EXPONENTS[1]:
         return LowSpeedLaw(table, CONCAVE_EXPONENT, found=False)
     return LowSpeedLaw(table, exponent, found=True)
-
-
-def continued_down(table: DamperCurve) -> DamperCurve:
-    """A measured table as the design reads it: continued below its lowest point."""
-    law = low_speed_law(table)
-    return table if law is None else law.curve()

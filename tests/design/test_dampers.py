@@ -24,7 +24,7 @@ from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice, ToleranceOptions
 from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
-from synth.parts.damper_law import continued_down, low_speed_law, power_law_curve
+from synth.parts.damper_law import low_speed_law, power_law_curve
 from synth.parts.rows import RPM
 from synth.remarks import severity_of, unlike
 from synth.swing.chain import Conditions
@@ -358,7 +358,7 @@ def test_a_table_goes_on_below_its_lowest_point_by_the_law_of_its_points(
     assert below is not None
     assert below.found
     assert below.exponent == pytest.approx(exponent, abs=1e-9)
-    curve = continued_down(table)
+    curve = below.curve()
     assert curve.speed[-len(rpm) :] == table.speed
     assert curve.torque[-len(rpm) :] == table.torque
     assert curve.speed[0] == pytest.approx(table.speed[-1] / 500)
@@ -381,7 +381,7 @@ def test_points_without_a_plausible_law_are_continued_by_the_assumed_one(table: 
     below = low_speed_law(table)
     assert below is not None
     assert (below.exponent, below.found) == (0.47, False)
-    (torque,) = torque_at(continued_down(table), np.array([table.speed[0] / 4]))
+    (torque,) = torque_at(below.curve(), np.array([table.speed[0] / 4]))
     assert torque == pytest.approx(table.torque[0] * 4**-0.47, rel=0.02)
 
 
@@ -390,7 +390,7 @@ def test_a_table_from_slow_speeds_or_without_torque_stays_as_it_is() -> None:
         DamperCurve((0.1 * RPM, 50 * RPM), (0.01, 0.2)),
         DamperCurve((10 * RPM, 20 * RPM), (0.0, 0.1)),
     ):
-        assert continued_down(table) == table
+        assert low_speed_law(table) is None
 
 
 @pytest.mark.parametrize("catalogued", [False, True])
