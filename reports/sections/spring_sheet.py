@@ -13,7 +13,7 @@ from synth.reports.quantities import in_si, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 from synth.reports.sections.warnings import text_of
-from synth.reports.sections.winding_plan import in_millimetres, is_clamped, winding_of
+from synth.reports.sections.winding_plan import arms_of, in_millimetres, is_clamped, winding_of
 
 # Key of ``make`` -> its label and its equation. In the order of the sheet: dimensions, function, strength.
 WIND = (
@@ -121,13 +121,19 @@ def groups_of(make: Json) -> list[Json]:
             if value_of(make.get(key)) is not None
         ]
         if title == "To wind":
-            legs = sequence(make, "leg_lengths")
-            shown = " and ".join(text(leg) for leg in legs)
-            if shown:
-                rows.append({"label": "straight arms", "key": "leg_lengths", "text": shown, "equation": ""})
+            rows += _arm_rows(make)
         if rows:
             groups.append({"title": title, "rows": rows})
     return groups
+
+
+def _arm_rows(make: Json) -> list[Json]:
+    """The arms' lengths to their ends and, where the load acts before these, to it."""
+    ends, loads = (" and ".join(text(leg) for leg in each) for each in (arms_of(make), sequence(make, "leg_lengths")))
+    shown = [("straight arms", "arm_lengths", ends)]
+    if loads != ends:
+        shown.append(("from the coil to where the load acts", "leg_lengths", loads))
+    return [{"label": label, "key": key, "text": found, "equation": ""} for label, key, found in shown if found]
 
 
 def _flattened_keys(make: Json) -> Json:
@@ -146,7 +152,7 @@ def drawing_of(title: str, make: Json) -> Markup | None:
     if not wire or not mean or angle is None or not body:
         return None
     coils = value_of(make.get("body_coils"))
-    legs = _legs(sequence(make, "leg_lengths"))
+    legs = _legs(arms_of(make))
     arbor = in_si(make.get("arbor_diameter"))
     spring = DrawnSpring(
         wire * 1e3,

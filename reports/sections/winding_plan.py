@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from synth.reports.quantities import in_si, number, percent, text, unit_text
@@ -56,13 +57,18 @@ def closing_words(hand: str, arms: str = "tangent") -> str:
     )
 
 
+def arms_of(make: Json) -> Sequence[object]:
+    """Length of each arm to its end; in results of earlier versions the load acts there."""
+    return sequence(make, "arm_lengths") or sequence(make, "leg_lengths")
+
+
 def _steps(make: Json, mandrel: Json, plus: Json, *, mirrored: bool) -> list[str]:
     """What to do, in order."""
     wire, hand = str(make.get("material") or "wire"), f"{make.get('hand') or 'right'}-hand"
     if mirrored:
         hand = "the one right-hand, the other left-hand,"
     length = in_si(make.get("cut_length"))
-    legs = " and ".join(text(leg) for leg in sequence(make, "leg_lengths")) or "as needed"
+    legs, loads = (" and ".join(text(leg) for leg in each) for each in (arms_of(make), sequence(make, "leg_lengths")))
     steps = []
     if length is not None:
         spring = f"the spring itself takes {text(make.get('wire_length'))}, the rest is to hold and trim"
@@ -75,11 +81,12 @@ def _steps(make: Json, mandrel: Json, plus: Json, *, mirrored: bool) -> list[str
         "and correct the mandrel by the coil's error."
     )
     bend = mapping(make, "arms").get("bend_radius")
-    end = "their ends" if is_clamped(make) else "where the load acts"
+    where = "" if is_clamped(make) or legs == loads else f" (the load acts {loads} from it)"
     bent = "" if bend is None else f", bent with an inside radius of {text(bend)} or more"
     steps.append(
-        f"Leave the arms straight, {make.get('leg_convention') or 'tangent'}{bent}, {legs} from the coil to {end}, "
-        f"with {text(make.get('included_angle'))} between them (within {text(plus.get('free_angle'))})."
+        f"Leave the arms straight, {make.get('leg_convention') or 'tangent'}{bent}, {legs or 'as needed'} from the "
+        f"coil to their ends{where}, with {text(make.get('included_angle'))} between them (within "
+        f"{text(plus.get('free_angle'))})."
     )
     relief = make.get("stress_relief")
     steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} specifies.")

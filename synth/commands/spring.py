@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     quantity("--travel", "45 deg", "largest angle from rest that winds the coil up")
     quantity("--opening-travel", "10 deg", "largest angle from rest the other way (default: 0)")
     quantity("--included-angle", "120 deg", "between the legs of the free spring (default: 90 deg)")
-    quantity("--leg-length", "25 mm", "of each leg, to where the load acts (default: 25 mm)")
+    quantity("--leg-length", "25 mm", "of each leg, to where the load acts; the leg ends beyond it (default: 25 mm)")
     quantity("--arbor", "12 mm", "shaft inside the coil, which the spring must not grip")
     quantity("--max-outer-diameter", "32 mm", "room around the coil")
     quantity("--max-body-length", "32 mm", "room along the coil, at full travel")

@@ -78,7 +78,7 @@ def grade_tolerances(
             0.025 * diameter / d**0.17 * factor * 1e-3,
             torque * factor * 1e-3,
             math.radians(angle * factor),
-            tuple((0.2 * d + factor) * _leg_factor(length) * 1e-3 for length in long),
+            tuple(leg_tolerance(wire, length, grade) for length in legs),
         )
         for grade, factor in FACTOR.items()
     )
@@ -92,5 +92,7 @@ def suitable_grade(grades: tuple[GradeTolerance, ...], free_angle: float) -> Gra
     return max(enough, key=lambda each: each.grade) if enough else grades[0]
 
 
-def _leg_factor(length: float) -> float:
-    return next(factor for most, factor in LEGS if length <= most)
+def leg_tolerance(wire: float, length: float, grade: int) -> float:
+    """Tolerance of a leg's length, m, plus or minus, of wire and leg in m; of the longest legs beyond the scope."""
+    factor = next((factor for most, factor in LEGS if length * 1e3 <= most), LEGS[-1][1])
+    return (0.2 * wire * 1e3 + FACTOR[grade]) * factor * 1e-3

@@ -13,10 +13,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from synth.parts.coil_rate import active_coils
+from synth.spring.din_2194 import leg_tolerance
 from synth.units import quantity
 
 HOW_HELD = "loose on an arbor, a pin pressing square on each arm"
 WHOLE = 0.5e-3  # m, to which a test's distance is rounded: what a pin can be set to
+# Wire diameters by which an arm passes the load at least: half a pin as thick as the wire, and two beyond it. As much
+# as a joint holds of an arm at least, with screws about as thick as the wire (``cad.arm_layout.seat_size``).
+BEYOND_LOAD = 2.5
+COARSEST = 3  # grade of DIN 2194, as which the arms may be made
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,25 @@ def loose_test(body_rate: float, body_coils: float, mean_diameter: float, distan
     """The test with both pins at ``distance`` m of a spring whose coil alone has ``body_rate`` N m/rad."""
     active = active_coils(body_coils, mean_diameter, (distance, distance))
     return LooseTest((distance, distance), active, body_rate * body_coils / active)
+
+
+def arm_to_end(wire_diameter: float, load: float) -> float:
+    """Length of an arm to its end (m) that a load or pin ``load`` m from the coil presses: it must not slip off.
+
+    The shortest arm within its tolerance still passes the load by ``BEYOND_LOAD`` wire diameters; rounded up to
+    ``WHOLE``. An arm of length 0, loaded at the coil, is none.
+    """
+    if load <= 0.0:
+        return 0.0
+    needed = load + BEYOND_LOAD * wire_diameter
+    needed += leg_tolerance(wire_diameter, needed, COARSEST)
+    return math.ceil(needed / WHOLE - 1e-9) * WHOLE
+
+
+def arms_to_ends(wire_diameter: float, loads: tuple[float, float]) -> tuple[float, float]:
+    """``arm_to_end`` of both arms."""
+    near, far = (arm_to_end(wire_diameter, load) for load in loads)
+    return near, far
 
 
 def pin_distance(free_arm: float, seat: float) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
 from synth.parts.wire import WireMaterial
 from synth.spring import space, stress
+from synth.spring.loose_test import arms_to_ends
 from synth.spring.spring_task import SpringTask
 from synth.spring.wire_load import LEAST_RATIO
 
@@ -73,20 +74,25 @@ def least_mass(wanted: float, task: SpringTask, material: WireMaterial, wire_dia
     wire = material.properties(wire_diameter)
     product = coil_product(wire.elastic_modulus * task.calibration.rate, wire_diameter, wanted, task.rate_form)
     coil = mean_diameter_for(product, 1.0, task.leg_lengths) if task.convention == "tangent" else 0.0
-    length = math.pi * coil + sum(task.leg_lengths)
+    length = math.pi * coil + sum(_arms(task, wire_diameter))
     return space.wire_mass(wire.density, wire_diameter, max(length, 0.0)) * (1.0 - ROUNDED)
 
 
 def room_of(material: WireMaterial, sizes: tuple[float, float, float], task: SpringTask) -> Room:
     """Mass and room of a spring, without its load; ``sizes`` as in ``surely_broken``."""
     d, mean, coils = sizes
-    length = space.wire_length(d, mean, coils, task.leg_lengths)
+    length = space.wire_length(d, mean, coils, _arms(task, d))
     return Room(
         length,
         space.wire_mass(material.properties(d).density, d, length),
         _opened_diameter(mean, coils, task) + d,
         space.body_length(d, coils, task.travel, task.pitch),
     )
+
+
+def _arms(task: SpringTask, wire_diameter: float) -> tuple[float, float]:
+    """Lengths of the arms' wire, m: past the load; of arms that a joint clamps those to their ends are given."""
+    return task.leg_lengths if task.free_arm is not None else arms_to_ends(wire_diameter, task.leg_lengths)
 
 
 def _opened_diameter(mean: float, coils: float, task: SpringTask) -> float:

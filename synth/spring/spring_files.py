@@ -93,7 +93,7 @@ def write_request(
         coils=spring.body_coils,
         body=spring.body_length * 1e3,
         included_angle=math.degrees(spring.included_angle),
-        arms=(spring.leg_lengths[0] * 1e3, spring.leg_lengths[1] * 1e3),
+        arms=(spring.arm_lengths[0] * 1e3, spring.arm_lengths[1] * 1e3),
         hand=spring.hand,
         mirrored=len(set(hands)) > 1,
         lines=request_lines(spring, shown, joint, hands),
@@ -126,7 +126,7 @@ def write_solid(spring: SpringDesign, folder: Path) -> None:
 
     For a spring that can be drawn, see ``reasons_not_drawn``.
     """
-    dimensions, arm = _dimensions(spring), spring.leg_lengths[0] * 1e3
+    dimensions, arm = _dimensions(spring), spring.arm_lengths[0] * 1e3
     import cadquery as cq
 
     from synth.cad.checks import check_part, require

@@ -14,7 +14,7 @@ from synth.spring.arms import arm_force, arm_share
 from synth.spring.codes import OPENING, CodeCheck, dynamic_factor
 from synth.spring.din_2194 import SOURCE, STANDARD, GradeTolerance, grade_tolerances, suitable_grade
 from synth.spring.fatigue import Life
-from synth.spring.loose_test import LoadPoint, LooseTest, load_points
+from synth.spring.loose_test import LoadPoint, LooseTest, arms_to_ends, load_points
 from synth.spring.space import cylinder
 from synth.spring.spring_task import Violation
 from synth.spring.unit_text import MeasuredText, UnitText
@@ -103,6 +103,12 @@ class SpringDesign:
     def outer_diameter(self) -> float:
         """Outer diameter of the free coil, m."""
         return self.mean_diameter + self.wire_diameter
+
+    @property
+    def arm_lengths(self) -> tuple[float, float]:
+        """Length of each arm to its end, m: past the load at ``leg_lengths``, or in a joint, which clamps it, these."""
+        clamped = self.loose is not None or self.clamped_arm is not None
+        return self.leg_lengths if clamped else arms_to_ends(self.wire_diameter, self.leg_lengths)
 
     @property
     def test(self) -> LooseTest:
@@ -274,6 +280,7 @@ class SpringDesign:
             "leg_convention": self.convention,
             "hand": self.hand,
             "leg_lengths": [quantity(length, "mm") for length in self.leg_lengths],
+            "arm_lengths": [quantity(length, "mm") for length in self.arm_lengths],
             **numbers,
             **self._lasting(),
             "rate_formula": RATE_FORMULA[self.rate_form],
@@ -293,7 +300,7 @@ class SpringDesign:
     def grades(self) -> tuple[GradeTolerance, ...]:
         """Tolerances of the three quality grades of DIN 2194; empty outside its scope."""
         return grade_tolerances(
-            self.material, self.wire_diameter, self.mean_diameter, self.body_coils, self.leg_lengths
+            self.material, self.wire_diameter, self.mean_diameter, self.body_coils, self.arm_lengths
         )
 
     @property

@@ -29,7 +29,7 @@ def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
         f"      inside diameter {_size(spring.inside_diameter, shown)}, mean {_size(spring.mean_diameter, shown)}",
         f"      body {_size(spring.body_length, shown)} long",
         f"Legs: straight, {spring.convention}, {math.degrees(spring.included_angle):.1f} deg between them when free;",
-        f"      each {shown.text(spring.leg_lengths[0], 'm')} from the coil to {_leg_end(spring)}",
+        f"      each {shown.text(spring.arm_lengths[0], 'm')} from the coil to its end{_where_loaded(spring, shown)}",
         f"Turn: work must turn the far arm {sense} against the near one, seen from the near end: that closes the coil",
         f"Use:  winds up by at most {closing:.4g} deg" + (f", opens by at most {opening:.4g} deg" if opening else ""),
         "",
@@ -100,7 +100,7 @@ def request_lines(
     a_degree = f"{rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
     if shown.system == "inch":
         a_degree = f"{shown.value(rate, 'N*m/rad') * math.radians(1.0):.4g} in*lbf/deg"
-    arms = [f"{shown.value(length, 'm'):.4g}" for length in spring.leg_lengths]
+    arms = [f"{shown.value(length, 'm'):.4g}" for length in spring.arm_lengths]
     lines = [
         "REQUEST FOR QUOTATION: helical torsion spring of round wire",
         f"Quantity: {spring.count}" + (f": {hand_words(hands)}, each the other's mirror image" if pair else ""),
@@ -108,7 +108,8 @@ def request_lines(
         f"{shown.text(plus.wire_diameter, 'm', '.3g')}",
         f"Body: {spring.body_coils:.3f} coils, {hand_words(hands) if pair else own}, {_coils_apart(spring, shown)}; "
         f"mean diameter {_size(spring.mean_diameter, shown)}, within {shown.text(plus.mean_diameter, 'm', '.2g')}",
-        f"Arms: {spring.convention}, {arms[0]} and {arms[1]} {shown.unit('m')}",
+        f"Arms: {spring.convention}, {arms[0]} and {arms[1]} {shown.unit('m')} from the coil to the "
+        f"end{_where_loaded(spring, shown)}",
         f"Free angle: {math.degrees(spring.included_angle):.1f} deg, within {math.degrees(plus.free_angle):.2g} deg",
         f"Test: {test_words(spring, shown)}",
         f"Rate in this test: {shown.text(rate, 'N*m/rad')} = {a_degree}, within {plus.rate:.1%}",
@@ -140,8 +141,11 @@ def test_words(spring: SpringDesign, shown: ShownUnits) -> str:
     return f"{HOW_HELD}, {near if near == far else f'{near} and {far}'} from the coil"
 
 
-def _leg_end(spring: SpringDesign) -> str:
-    return "where the load acts" if spring.loose is None else "its end"
+def _where_loaded(spring: SpringDesign, shown: ShownUnits) -> str:
+    """Where the load acts on the arms, which end beyond it; empty of a joint's, which clamps them to their ends."""
+    if spring.arm_lengths == spring.leg_lengths:
+        return ""
+    return f"; the load acts {shown.text(spring.leg_lengths[0], 'm')} from the coil"
 
 
 def _rates(spring: SpringDesign, shown: ShownUnits) -> list[str]:

@@ -223,8 +223,9 @@ def test_the_output_folder_has_solid_and_sheet(capsys: pytest.CaptureFixture[str
     made = json.loads((out / "spring.json").read_text(encoding="utf-8"))["make"]
     d, mean = made["wire_diameter"]["value"], made["mean_diameter"]["value"]
     coils = made["body_coils"]["value"]
+    assert all(arm["value"] > 30.0 + 2.5 * d for arm in made["arm_lengths"])  # the arms pass their load
     # Pappus: section times length; the drawn coils do not quite touch, a pitch of 1.03 wires
-    length = coils * math.hypot(math.pi * mean, 1.03 * d) + 60.0
+    length = coils * math.hypot(math.pi * mean, 1.03 * d) + sum(arm["value"] for arm in made["arm_lengths"])
     volume = math.pi * d**2 / 4.0 * length
     solid = cq.importers.importStep(str(out / "spring.step")).val()
     assert solid.Volume() == pytest.approx(volume, rel=1e-4)

@@ -104,6 +104,7 @@ SPRING_TO_MAKE = {
     "included_angle": "Between the free spring's legs.",
     "leg_convention": "How the legs leave the coil.",
     "leg_lengths[]": "Of each leg, to where the load acts; of a joint's drawn spring, to its end.",
+    "arm_lengths[]": "Of each leg, from the coil to its end, beyond the load.",
     "rate": "Torque per angle; of a joint's spring in the joint, which clamps both arms.",
     "test.held": "How the spring is held for its rate and its two torques.",
     "test.distances[]": "Where the pins press on near and far arm, from the coil.",
