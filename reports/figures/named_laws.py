@@ -14,7 +14,13 @@ Numbers = Mapping[str, float]  # an effect's parameters, SI
 
 
 def _coulomb(p: Numbers) -> Law:
-    return lambda w: -math.copysign(p["torque"], w)
+    creep = p.get("creep", 0.0)
+
+    def torque(w: float) -> float:
+        bend = min(abs(w) / creep, 1.0) if creep > 0.0 else 1.0
+        return -math.copysign(p["torque"] * bend * (1.5 - 0.5 * bend * bend), w)
+
+    return torque
 
 
 def _stribeck(p: Numbers) -> Law:

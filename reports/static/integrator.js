@@ -22,8 +22,9 @@ window.synthLeg = (function () {
   function effects(own, deflection, rate, speed, z, first, bends) {
     let sum = 0;
     own.friction.forEach(function (f, k) {
-      const bend = z[first + k], sliding = Math.abs(bend) >= 1 && speed * bend > 0;
-      const change = sliding ? 0 : speed / Math.max(f.presliding, LEAST_PRESLIDING);
+      const bend = z[first + k], net = speed - (f.creep || 0) * bend;
+      const least = f.creep ? 2e-4 : LEAST_PRESLIDING;  // less makes a creeping joint stiff to integrate
+      const change = Math.abs(bend) >= 1 && net * bend > 0 ? 0 : net / Math.max(f.presliding, least);
       const held = Math.max(-1, Math.min(1, Math.abs(bend) < 1 ? bend + BRISTLE_DAMPING * change : bend));
       const level = f.torque * (f.fall ? 1 - f.fall + f.fall * Math.pow(1 + Math.pow(speed / f.speed, 2) / 16, -16) : 1);
       sum -= level * held * (1.5 - 0.5 * held * held);

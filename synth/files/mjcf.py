@@ -214,6 +214,7 @@ def _body(
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
         attributes |= {"frictionloss": f"{friction['torque']:.10g}", **SHARP}
+        notes += [f"{NOT_IN_MODEL}: creep of coulomb_friction"] if friction.get("creep") else []
     lost = without_held(joint, held_effects(driven=drive is not None))
     if lost:
         notes.append(f"{NOT_IN_MODEL}: {', '.join(lost)}")

@@ -197,11 +197,12 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
         messages.append(f"not held, {lightened(joint)}")
     elif joint.with_rotor:
         messages.append(f"not held: {joint.with_rotor:.4g} kg*m^2 that turn with the joint itself (armature, rotor)")
-    friction = joint.effects.get("coulomb_friction", {}).get("torque", 0.0)
+    dry = joint.effects.get("coulomb_friction", {})
+    messages += ["not held: creep of coulomb_friction"] if dry.get("creep") else []
     lost = without_held(joint, ("coulomb_friction", "shear_thinning_damping", "quadratic_damping"))
     if lost:
         messages.append(f"not held: {', '.join(lost)}")
-    return rate, friction, messages
+    return rate, dry.get("torque", 0.0), messages
 
 
 def _base(leg: Leg) -> list[str]:

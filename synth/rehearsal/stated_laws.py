@@ -38,7 +38,7 @@ def stated_laws(leg: Leg) -> tuple[Law, ...]:
 
 def _coulomb(joint: int, values: Values) -> Law | None:
     torque = values["torque"]
-    return _dry(joint, values["presliding"], (torque, torque, 1.0, 0.0))
+    return None if values["creep"] else _dry(joint, values["presliding"], (torque, torque, 1.0, 0.0))
 
 
 def _stribeck(joint: int, values: Values) -> Law | None:
@@ -74,7 +74,10 @@ LAWS: Mapping[str, Callable[[int, Values], Law | None]] = {
 def _refusal(name: str) -> str:
     known = f"it has {', '.join(LAWS)}"
     if name in LAWS:
-        known = "it has gear_friction without fall and backdriven, and quadratic_damping with exponent 2"
+        known = (
+            "it has coulomb_friction without creep, gear_friction without fall and backdriven, and quadratic_damping "
+            "with exponent 2"
+        )
     return (
         f"the leg file gives it {name}; a rehearsal plants causes in the designed leg with a separate engine that does "
         f"not support this; {known}. Remove it for the rehearsal"

@@ -36,7 +36,7 @@ RUBBING = LEG.with_joints(  # every effect that the page's integrator knows, eac
     ankle={
         "effects": {
             "quadratic_damping": {"coefficient": 0.002},
-            "coulomb_friction": {"torque": 0.004, "presliding": 2e-3},
+            "coulomb_friction": {"torque": 0.004, "presliding": 2e-3, "creep": 0.1},
         }
     },
 )

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from fit.simulated_legs import robot
 from swing.effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
 from synth.swing.chain import Conditions, compiled_chain, simulate
-from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING
+from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING, bend_that_holds
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -109,6 +109,36 @@ def test_a_push_below_the_friction_torque_bends_the_bristle_which_springs_back_i
     assert angle[1] == pytest.approx(-presliding * math.log(1.0 - 0.8), rel=0.02)  # Dahl's own
 
 
+@pytest.mark.parametrize("presliding", [0.0, LEAST_PRESLIDING, 2e-3])
+def test_a_joint_that_creeps_moves_at_the_speed_that_its_pull_allows(presliding: float) -> None:
+    # Half the friction torque: bent by as much as holds it, the bristle slips at that share of the creep speed.
+    torque, creep = 0.2, 0.05
+    made = leg({"coulomb_friction": {"torque": torque, "presliding": presliding, "creep": creep}}, rate=None)
+    pull = (np.array([0.0, 2.0]), np.array([[0.1], [0.1]]))
+    moved = simulate(made, [0.0], [0.0], np.array([0.0, 1.0, 2.0]), known_torque=pull, tolerance=1e-9, rates=True)
+    bend = 0.5 if presliding > LEAST_PRESLIDING else bend_that_holds(0.5)
+    np.testing.assert_allclose(moved[1:, 1], creep * bend, rtol=1e-3)
+
+
+def test_a_joint_that_creeps_swings_as_with_a_smoothed_sign_and_comes_to_its_springs_rest() -> None:
+    torque, creep, times = 0.2, 0.06, np.linspace(0, 6, 601)
+
+    def derivative(_: float, state: Array) -> list[float]:
+        q, w = state
+        x = min(max(w / creep, -1.0), 1.0)
+        return [w, (-RATE * q - 0.02 * w - torque * x * (1.5 - 0.5 * x * x)) / INERTIA]
+
+    solved = solve_ivp(derivative, (0, 6), [0.5, 0.0], "LSODA", times, rtol=1e-9, atol=1e-11, max_step=1e-3)
+    effect = {"torque": torque, "presliding": LEAST_PRESLIDING, "creep": creep}
+    got, held = (
+        swing(leg({"coulomb_friction": given}, damper=0.02), 0.5, 0.0, times)[:, 0]
+        for given in (effect, {"torque": torque})
+    )
+    np.testing.assert_allclose(got, solved.y[0], atol=1e-6)
+    assert abs(got[-1]) < 1e-3
+    assert np.abs(held - solved.y[0]).max() > 0.01
+
+
 def test_a_slow_pull_breaks_away_at_the_friction_torque() -> None:
     torque = 0.2
     made = leg({"coulomb_friction": {"torque": torque}}, rate=None)
@@ -139,7 +169,7 @@ def test_lanes_that_reverse_at_different_times_agree_with_single_runs() -> None:
     legs = LegLanes.of(base, 16)
     effect = next(effect for effect in chain.effects if effect.name == "coulomb_friction")
     strengths = np.linspace(0.002, 0.1, 16)
-    legs.put(effect, 1, np.array([strengths, np.zeros(16)]))
+    legs.put(effect, 1, np.array([strengths, np.zeros(16), np.zeros(16)]))
     lanes = chain.lanes(legs)
     lanes[chain.layout.rows("rotation")] = np.array([[0.3], [-1.0], [0.7]])
     together = chain.run(lanes, times, 1e-8)

@@ -43,6 +43,7 @@ from synth.diagnosis.plants.swinging_chain.stated_candidates import search_from_
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design
 from synth.diagnosis.plants.swinging_chain.tolerance_words import cause_words
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
+from synth.diagnosis.plants.swinging_chain.trial_order import as_listed, in_canonical_order
 from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
@@ -343,17 +344,16 @@ def diagnose(
     ------
     UserError : every trial is held out, or a trial cannot be used.
     """
-    scene, warnings = scene_of(leg, trials, tolerance, seed, noise)
+    scene, warnings = scene_of(leg, in_canonical_order(trials), tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
     findings = find_causes(plant, progress or (lambda text: None))
-    stages, errors = findings.stages, findings.stages.errors
-    tolerances = scene.tolerances
+    errors, shown, tolerances = findings.stages.errors, plant.shown(findings.stages), scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
     # The torque of accepted effects is missing from the leg without them, not from one whose dampers replace them.
     bare = tolerances.leg(leg, findings.likeliest.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in plant.whole]
-    shown = plant.shown(stages)
+    gaps = trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual)
     moved = moved_numbers(plant, leg, tolerances, findings.best, errors)
     return GapResult(
         **with_moved_numbers(with_replaced_effects(findings.fields(), leg, trials), moved),
@@ -366,8 +366,8 @@ def diagnose(
         shrink=errors.shrink(),
         best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
-        scored_on=plant.scored_names,
-        trials=trial_gaps(nominal, plant.whole, shown, missing, held_out=plant.held_out, noise=scene.usual),
+        scored_on=as_listed(plant.scored_names, plant.scored_names, trials),
+        trials=as_listed(plant.scored_names, gaps, trials),
         diagnosed=diagnosed_leg(leg, tolerances, findings.of_diagnosed, scene.coarse if findings.explained else ()),
         free_torque=plant.free_torques(findings.found.none.fit) if plant.lacking(findings) else (),
         moved_numbers=moved,
