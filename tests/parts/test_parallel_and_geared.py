@@ -40,6 +40,20 @@ def test_a_pair_longer_than_the_joint_is_no_candidate(catalogue: Catalogue) -> N
         assert found.rows == kept
 
 
+def test_the_two_hands_of_one_spring_are_one_candidate(catalogue: Catalogue) -> None:
+    """Sets that differ in hands alone filled the list of the next best ones."""
+    right = next(row for row in catalogue.springs if row.hand == "right" and row.choosable and row.rate)
+    left = replace(right, hand="left", part="OTHER")
+    assert right.rate is not None
+    stiffer = replace(left, rate=1.05 * right.rate, part="STIFFER")
+    for rows, kept in (((right, left, stiffer), (right, stiffer)), ((left, right), (left,))):
+        found = spring_candidates(replace(catalogue, springs=rows), SpringChoice(rate_tolerance=0.2), right.rate)
+        assert found.rows == kept
+    elsewhere = replace(left, vendor="another")
+    found = spring_candidates(replace(catalogue, springs=(right, elsewhere)), SpringChoice(), right.rate)
+    assert found.rows == (right, elsewhere)
+
+
 @pytest.mark.parametrize(
     ("ratios", "turned"), [((1.0,), 80), ((1.0, 1.5), 80), ((1.5,), 120), ((1.5, 2.0), 120), ((0.5, 3.0), 40)]
 )
