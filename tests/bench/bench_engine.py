@@ -84,7 +84,7 @@ def our_lanes(chain: Chain, releases: Array, parameters: Array, friction: float 
     )
     if friction:
         for joint, torque in enumerate(friction * thesis.FRICTION):
-            legs.put(effect_named("coulomb_friction"), joint, [float(torque), 0.0])
+            legs.put(effect_named("coulomb_friction"), joint, [float(torque), 0.0, 0.0])
     lanes = chain.lanes(legs)
     lanes[chain.layout.rows("rotation")] = releases.T
     return lanes

@@ -26,7 +26,7 @@ def lanes_of(chain: Chain, seed: int, friction: bool = False) -> Array:
     legs.spring_rate *= np.exp(random.uniform(-0.3, 0.3, (3, LANES)))
     legs.damper_rate *= np.exp(random.uniform(-0.3, 0.3, (3, LANES)))
     for joint, torque in enumerate(FRICTION if friction else ()):
-        legs.put(effect_named("coulomb_friction"), joint, [torque, 0.0])
+        legs.put(effect_named("coulomb_friction"), joint, [torque, 0.0, 0.0])
     lanes = chain.lanes(legs)
     lanes[chain.layout.rows("rotation")] = legs.rest + random.uniform(-0.6, 0.6, (3, LANES))
     return lanes
