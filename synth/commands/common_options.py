@@ -34,7 +34,7 @@ def add_common(parser: argparse.ArgumentParser, command: str) -> None:
         words = "units of tables and sheets (default: those of the input); result files stay in SI"
         parser.add_argument("--units", type=one_of(["inch", "metric"]), metavar="inch|metric", help=words)
     if command in WITH_EFFECTS:
-        words = "your own effect, which a leg holds or, in gap, may explain it; its file is executed; repeatable"
+        words = "your own effect, which a leg file may hold and gap looks for; its file is executed; repeatable"
         parser.add_argument("--effect", action="append", default=[], metavar="FILE.py", help=words)
     if command in READING_LEGS:
         words = "allow a leg file outside the project's folder and repository"

@@ -14,7 +14,7 @@ from synth.swing.effects.definition import FUNCTIONS, Effect
 from synth.swing.effects.users_own import OwnFile, blamed_on, executed, load_file
 from synth.swing.leg_model import Leg
 
-OURS = __name__.partition(".")[0]
+OURS = __name__.partition(".")[0]  # the package
 SHOWN = 16  # digits of a hash in messages; by chance two are equal once in 2**64
 
 
@@ -39,7 +39,8 @@ def known_effects(files: Sequence[str]) -> Iterator[None]:
 
 def own_files(*legs: Leg) -> tuple[OwnFile, ...]:
     """The files of the user's own effects that these legs hold; without a leg, of all that are known."""
-    held = {name for leg in legs for holder in (leg, *leg.joints) for name in holder.effects}
+    listed = [given for leg in legs for given in (leg.effects, *(joint.effects for joint in leg.joints))]
+    held = {name for each in listed for name in each}
     known = effects.from_files.values()
     return tuple(executed[each.module] for each in known if not legs or each.name in held)
 
