@@ -179,17 +179,18 @@ class _Walk:
 
 
 class _Words:
-    """A hash of words that are kept apart."""
+    """A hash of values whose ``repr`` is the same in every process, kept apart."""
 
     def __init__(self) -> None:
-        self._digest = hashlib.sha256()
+        self._words: list[object] = []
 
     def add(self, *words: object) -> None:
-        """Add values whose ``repr`` is the same in every process."""
-        self._digest.update(repr(words).encode())
+        """Add values."""
+        self._words.append(words)
 
     def digest(self) -> str:
-        return self._digest.hexdigest()
+        """The hash."""
+        return hashlib.sha256(repr(self._words).encode()).hexdigest()
 
 
 def options_text(options: dict[str, Any]) -> str:

@@ -281,7 +281,7 @@ class _Reader:
                 possible = [known.name for known in self.specifications.values() if known.where == where]
                 if name not in possible:
                     there = _elsewhere(name, where, _known(self.given))
-                    more = f"; {there}" if there else f"; {OWN_EFFECTS}{near(name, possible)}"
+                    more = f"; {there}" if there else f" ({OWN_EFFECTS}){near(name, possible)}"
                     self.refuse(f'"{name}" is no effect that a {where} can hold{more}', place)
                 elif name in result:
                     self.refuse("is given twice; keep one", place)

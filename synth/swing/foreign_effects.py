@@ -14,7 +14,7 @@ from synth.swing.effects.definition import FUNCTIONS, Effect
 from synth.swing.effects.users_own import OwnFile, blamed_on, executed, load_file
 from synth.swing.leg_model import Leg
 
-OURS = __name__.partition(".")[0]
+OURS = __name__.partition(".")[0]  # the package
 SHOWN = 16  # digits of a hash in messages; by chance two are equal once in 2**64
 
 

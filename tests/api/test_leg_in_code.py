@@ -78,7 +78,7 @@ BAD = [
     (damped((1.0, nan), (0.1, 0.2)), "damper.curve.speed: .* is not allowed"),
     (of(effects=[RUBS]), r"joints.knee.effects: .* in code this is a mapping, \{"),
     (of(effects=None), "joints.knee.effects: None is not allowed"),
-    (of(effects={"coulomb_frictio": {"torque": 0.05}}), "is no effect that a joint can hold; did you mean coulomb"),
+    (of(effects={"coulomb_frictio": {"torque": 0.05}}), r"joint can hold \(one of your own: .*; did you mean coulomb"),
     (of(effects={"coulomb_friction": {"torqe": 0.05}}), '"torqe" is no parameter of coulomb_friction; did you mean'),
     (of(effects={"coulomb_friction": {"torque": -0.05}}), "coulomb_friction.torque: -0.05 N.m is not allowed"),
     (of(effects={"coulomb_friction": {"torque": "0.05 N*m"}}), "coulomb_friction.torque: .* a number in N.m"),

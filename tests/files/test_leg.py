@@ -267,7 +267,7 @@ base_effects = st.sampled_from([{}, {"base_compliance": {"rocking_stiffness": 30
             "this effect is another value of that",
         ),
         ("base_compliance: {horizontal: 1 N/m}", "can hold; write it in `effects:` beside `joints:`"),
-        ("coulomb_frictoin: {torque: 1 N*m}", "can hold; did you mean coulomb_friction?"),
+        ("coulomb_frictoin: {torque: 1 N*m}", "point synth.effects); did you mean coulomb_friction?"),
     ],
 )
 def test_an_effect_that_cannot_be_is_refused(effect: str, wanted: str, tmp_path: Path) -> None:

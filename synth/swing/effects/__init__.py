@@ -25,8 +25,8 @@ _NOT_EFFECTS = ("definition", "inlined", "torque_along_motion", "torque_along_mo
 GROUP = "synth.effects"  # of entry points
 # Added to the message about a name that no effect has.
 OWN_EFFECTS = (
-    "one of your own is given by --effect FILE.py, in Python by synth.load_effect, or by its package (entry point "
-    f"{GROUP})"
+    "one of your own: give its file with --effect FILE.py, in Python with synth.load_effect, or install a package with "
+    f"the entry point {GROUP}"
 )
 from_files: dict[str, Effect] = {}  # name -> effect that ``users_own.load_file`` read
 
