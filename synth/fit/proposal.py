@@ -32,6 +32,7 @@ ANGLES = 25  # tried over the joint's travel
 TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, attached at its tip
 FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel is limited
 HOLDING_STIFFNESS = 1e6  # times the stiffest spring, as of the trials' equilibria
+NOTHING_TOLD = 1e-12  # of the most told direction: below, a direction of two is rounding
 WORTH = 0.8  # of the interval now, that with the point: a point that narrows it by less than a fifth is not proposed
 LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose does not determine the rate
 
@@ -239,7 +240,12 @@ def _deviation_after_point(
 
     added = information([*beside, point]) - (information(beside) if beside else 0.0)
     near = known[np.ix_(places, places)]
-    fall = near[0] @ np.linalg.solve(np.eye(2) + added @ near, added @ near[0])
+    # By the directions that the point tells of: where a rate is open, near is so large that a 1 beside it is lost.
+    told, ways = np.linalg.eigh(added)
+    kept = told > NOTHING_TOLD * told[-1]
+    slopes = np.sqrt(told[kept])[:, None] * ways.T[kept]
+    seen = slopes @ near[0]
+    fall = seen @ np.linalg.solve(np.eye(len(seen)) + slopes @ near @ slopes.T, seen)
     return float(np.sqrt(np.clip(near[0, 0] - fall, 0.0, near[0, 0])))
 
 
