@@ -73,9 +73,9 @@ MUTANTS = (
            "reduced -= 0.5 * cross @ np.linalg.solve(own, cross.T)", "fit/test_trajectories.py fit/test_fit.py"),
     Mutant("a 95 % interval called 90 %", "NORMAL90 = 1.6448536269514722", "NORMAL90 = 1.96",
            "fit/test_fit.py fit/test_bootstrap.py"),
-    Mutant("autocorrelation counted once", "2.0 * float(np.minimum.accumulate(",
-           "1.0 * float(np.minimum.accumulate(", "estimation/test_correlation.py"),
-    Mutant("autocorrelation not monotone", "np.minimum.accumulate(pairs[:stop]).sum()", "pairs[:stop].sum()",
+    Mutant("autocorrelation counted once", "2.0 * float((weighted",
+           "1.0 * float((weighted", "estimation/test_correlation.py"),
+    Mutant("autocorrelation not monotone", "np.minimum.accumulate(means) / means", "means / means",
            "estimation/test_correlation.py"),
     # Motion.
     Mutant("decrement of a half cycle", "decrement = 2.0 * float(logs[0] - logs[-1])",

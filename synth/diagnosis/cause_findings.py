@@ -63,11 +63,7 @@ class Findings(Generic[F, S]):
 
     @property
     def of_diagnosed(self) -> F | None:
-        """The hypothesis whose numbers the diagnosed leg has; None, those stated, where the missing effect is unknown.
-
-        There the numbers take up what is missing as far as their tolerances let them, and a next diagnosis that began
-        from them would let them as far again.
-        """
+        """The hypothesis of the diagnosed leg; None where an unknown effect is missing, which its numbers take up."""
         return None if self.judged.verdict == "unknown" else self.best
 
     @property

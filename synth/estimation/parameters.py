@@ -162,6 +162,7 @@ class Shape:
     left out starts small. Both in units of the natural size, as ``Prior.centre``. ``needs`` : one of these
     properties that a place must have, in the plant's own words; empty: it applies everywhere. ``richer`` : it is only
     tried where the effect, in a shape with fewer parameters, is among the leading causes: each step costs much more.
+    ``explains`` : of a richer one, it is only taken where it leaves hardly more than the noise.
     """
 
     free: tuple[str, ...]
@@ -169,6 +170,7 @@ class Shape:
     starts: tuple[Mapping[str, float], ...] = ({},)
     needs: tuple[str, ...] = ()
     richer: bool = False
+    explains: bool = False
 
 
 @dataclass(frozen=True)

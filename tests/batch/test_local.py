@@ -59,7 +59,8 @@ def test_a_run_that_stops_while_results_are_sent_ends(tmp_path: Path) -> None:
     """Its reader waited for ever for the rest of a result whose process had left; four of four times."""
     script = tmp_path / "interrupted.py"
     script.write_text(INTERRUPTED)
-    subprocess.run([sys.executable, str(script)], check=True, timeout=60.0)
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    subprocess.run([sys.executable, str(script)], check=True, timeout=60.0, env=paths)
 
 
 def test_a_process_among_many_has_one_thread_unless_the_user_says_otherwise() -> None:

@@ -20,7 +20,7 @@ LEG = Leg("arm", (Joint("arm", Link(0.12, 0.49, 0.1, 1e-4), drive=SERVO),))
 def looked_for(supply: np.ndarray, length: float = 5.0) -> set[str]:
     ones = np.ones((len(supply), 1))
     signals = ServoSignals(np.arange(len(supply)) * 0.01, 0.0 * ones, supply[:, None], ones)
-    recording = SimpleNamespace(known_torque=None, signals=signals, leg=None)
+    recording = SimpleNamespace(known_torque=None, signals=signals, leg=None, free=[0])
     trial = SimpleNamespace(recording=recording, free=(0,), time=np.array([0.0, length]))
     return {candidate.effect.name for candidate in candidates(LEG, [trial], SimpleNamespace())}  # type: ignore[list-item, arg-type]
 
@@ -39,7 +39,7 @@ def test_servos_of_one_stated_supply_have_one_source_beside_the_leads_of_each(
     link, ones = Link(0.12, 0.49, 0.1, 1e-4), np.ones((50, 2))
     joints = [Joint(name, link, drive=replace(SERVO, supply=v)) for name, v in (("hip", 7.4), ("knee", second))]
     signals = ServoSignals(np.arange(50) * 0.01, 0.0 * ones, np.array([7.4, second]) * ones, ones)
-    recording = SimpleNamespace(known_torque=None, signals=signals, leg=None)
+    recording = SimpleNamespace(known_torque=None, signals=signals, leg=None, free=[0, 1])
     trial = SimpleNamespace(recording=recording, free=(0, 1), time=np.array([0.0, 5.0]))
     found = candidates(Leg("leg", tuple(joints)), [trial], SimpleNamespace())  # type: ignore[list-item, arg-type]
     wanted = [*shared, ("voltage_sag", "hip"), ("voltage_sag", "knee")]

@@ -218,7 +218,8 @@ def test_a_model_without_motion_and_a_swinging_legs_effect_are_refused(
     assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out")]) == 2
     assert "does not predict a motion" in capsys.readouterr().err
     file = project(tmp_path, "  - a.csv\n")
-    assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out"), "--effect", "mine.py"]) == 2
+    own = Path(__file__).resolve().parents[2] / "docs" / "examples" / "effects" / "cubic_drag.py"
+    assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out"), "--effect", str(own)]) == 2
     assert "swinging legs" in capsys.readouterr().err
 
 

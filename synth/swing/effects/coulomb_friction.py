@@ -89,7 +89,7 @@ EFFECT = Effect(
     shapes=(
         Shape(("torque", "presliding"), {}, ({}, {"presliding": 2e-3})),
         # Held at the presliding from which the motion is smooth, without reversals at once.
-        Shape(("torque", "creep"), {"presliding": LEAST_PRESLIDING}, ({}, {"creep": 0.1}), richer=True),
+        Shape(("torque", "creep"), {"presliding": LEAST_PRESLIDING}, ({}, {"creep": 0.1}), richer=True, explains=True),
         Shape(("torque",), {}, ({},), ("servo", "motor")),  # gears of servos stick without any elastic deflection
     ),
 )
