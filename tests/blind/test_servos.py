@@ -18,7 +18,10 @@ from synth.swing.leg_model import Leg
 from synth.swing.readings import as_stated
 
 
-@pytest.mark.parametrize(("seed", "source"), [(1, 0.0), (2, 0.0), (3, 0.0), (2, 0.4), (3, 0.4)])
+@pytest.mark.parametrize(
+    ("seed", "source"),
+    [(1, 0.0), (2, 0.4), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((2, 0.0), (3, 0.0), (3, 0.4)))],
+)
 def test_both_engines_move_a_leg_alike(seed: int, source: float, tmp_path: Path) -> None:
     """Two engines that share no line, each holding every command: 0.1 ms steps against RK5(4).
 
@@ -115,8 +118,9 @@ def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "effect"),
-    [pytest.param("single", "gear_friction", marks=pytest.mark.slow), ("none", "gear_friction")],
+    [("single", "gear_friction"), ("none", "gear_friction")],
 )
+@pytest.mark.slow  # half a minute each
 def test_a_rig_is_as_large_as_its_answer_says(kind: str, effect: str, tmp_path: Path) -> None:
     name, answer = make_case(77, 3, kind, effect, tmp_path)
     project = read_gap_project(tmp_path / name / "gap.yaml")

@@ -251,6 +251,7 @@ def test_an_uninformative_trial_leaves_the_tie() -> None:
     assert diagnose(HANGING, trials, Tolerance()).verdict == "tie"
 
 
+@pytest.mark.slow  # half a minute
 def test_a_cause_that_unseen_trials_contradict_is_unknown_and_the_trials_are_named() -> None:
     """The friction of the trials learnt from is gone in the held-out one, which the nominal leg predicts better."""
     rubbing = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.15}}})

@@ -226,6 +226,7 @@ def test_ends_of_a_stop_do_not_cross_in_a_cause_beside_a_stated_one() -> None:
     assert named["lower"] == named["upper"] < 9.0
 
 
+@pytest.mark.slow  # compiles legs of seven links
 def test_more_links_than_the_engine_has_are_refused_and_not_simulated() -> None:
     """A chain of eight links was zeros."""
     mount = {"base_compliance": {"stiffness": 400.0, "rocking_stiffness": 50.0}}
