@@ -163,10 +163,10 @@ def _run(name: str, rest: list[str], *, quiet: bool) -> int:
             from synth.files.paths import allowing_outside
 
             stack.enter_context(allowing_outside())
-        if own_effects := getattr(arguments, "effect", []):
-            from synth.swing.foreign_effects import known_effects
+        if given := getattr(arguments, "effect", []):
+            from synth.commands.effect_option import own_effects
 
-            stack.enter_context(known_effects(own_effects))
+            stack.enter_context(own_effects(given, getattr(arguments, "file", None)))
         progress = Progress(quiet=quiet or arguments.quiet, as_json=as_json, log=log)
         status: int = module.run(arguments, progress)
         if log is not None:

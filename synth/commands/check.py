@@ -78,9 +78,7 @@ def _quantity_text(item: Mapping[str, Any] | None) -> str:
 
 
 def _check_file(file: str, progress: Progress) -> ModelChecks:
-    from synth.errors import UserError
     from synth.files.yaml_lines import load
-    from synth.swing.foreign_effects import own_files
 
     if Path(file).is_dir():
         from synth.model_checks.designed_leg import designed_leg_checks
@@ -89,8 +87,6 @@ def _check_file(file: str, progress: Progress) -> ModelChecks:
             return designed_leg_checks(Path(file))
     if load(file).value.get("kind") == "leg":
         return _leg(file, progress)
-    if own_files():
-        raise UserError("--effect applies to swinging legs; a jumping leg has built-in effects only")
     return _hopper(file, progress)
 
 

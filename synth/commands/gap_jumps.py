@@ -14,11 +14,8 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and diagnose; write ``gap.json``, predictions and a report."""
     from synth.api.jump_gaps import jump_gap, read_jump_gap
     from synth.commands.answers import gap_text, tell
-    from synth.errors import UserError
     from synth.files.output import output_folder
 
-    if arguments.effect:
-        raise UserError("--effect applies to swinging legs; a jumping leg has built-in effects only")
     with progress.stage("reading the project"):
         project, catalogue, warnings = read_jump_gap(arguments.file)
     if arguments.dry_run:
