@@ -225,10 +225,9 @@ def _as_fitted(found: Comparison) -> list[str]:
     if not sides:
         return []
     scaled = " at its time scale" if any(side.pace != 1.0 for side in sides) else ""
-    text = (
-        f"{', '.join(side.name for side in sides)}: overlaid as fitted to the recordings{scaled}, with the fit's own "
-    )
-    return [noted(f"{text}start and free angle in each")]
+    names = ", ".join(side.name for side in sides)
+    text = f"{names}: overlaid as fitted to the recordings{scaled}, with the fit's own start and free angle in each"
+    return [noted(text)]
 
 
 def _unread(sides: Sequence[Side]) -> list[str]:

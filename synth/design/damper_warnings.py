@@ -24,9 +24,8 @@ MEASURE_SLOWER = (
     "Measure the damper down to a tenth of that speed or less, or name drops with it alone under `dampers:`."
 )
 MEASURE_AGAIN = "The torque of a rotary damper rises with speed: measure these points again."
-MUCH_SLOWER = (
-    0.1  # of the motion's time below a table's lowest speed: from there on its law there could change a decision
-)
+# Of the motion's time below a table's lowest speed: from there on its law there could change a decision.
+MUCH_SLOWER = 0.1
 NO_TIME = 0.005  # of it: rounds to none
 LITTLE = 1.1  # a tenth beyond the data: little extrapolation
 MUCH_ABOVE = 0.15  # of the assumed law: a damper's own tolerance

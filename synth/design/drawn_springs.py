@@ -331,7 +331,7 @@ def _with_rate_warnings(design: LegDesign) -> LegDesign:
         if abs(off) > allowed:
             text = (
                 f"{joint.name}: the measured spring has {joint.spring.rate:.4g} N*m/rad in the joint, {off:+.0%} from "
-                f"the designed {option.rate:.4g}, which holds within {allowed:.0%}; this is the leg with the measured"
+                f"the designed {option.rate:.4g} (tolerance {allowed:.0%}). All figures are with the measured rate"
             )
             remedy = "Check the unit, the distance of the force from the coil, and that it is this joint's spring."
             warnings.append((joint.name, decisive(text, remedy)))

@@ -73,6 +73,7 @@ class PartSet:
 
     def as_json(self, names: Sequence[str], chosen: PartSet) -> dict[str, Any]:
         """Parts by joint, predicted errors, and the difference of the expected error from the chosen set's."""
+        against = chosen.ready.expected if chosen.compared is None else chosen.compared
         return {
             "parts": {
                 name: {"spring": pair.spring.label, "damper": pair.damper.label}
@@ -81,7 +82,7 @@ class PartSet:
             "rms": quantity(self.error, "deg"),
             **self.forecast.as_json(),
             "free_angles_measured": self.ready.as_json(),
-            "cost": quantity(self.ready.expected - (chosen.compared or chosen.ready.expected), "deg"),
+            "cost": quantity(self.ready.expected - against, "deg"),
         }
 
 

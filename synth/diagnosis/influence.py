@@ -65,9 +65,8 @@ class VerdictDependence:
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
     those that may change it by the closed form and were not refitted. ``odd`` : (name, misfit of the others without
     it, misfit of all, both in noise floors, explanation that leaves the former) of a recording that most of the misfit
-    comes from. ``of`` : number of
-    recordings; ``against`` : of those without which the verdict has none of its causes. ``whole`` : the verdict with
-    all of them, before these doubts make it less sure.
+    comes from. ``of`` : number of recordings; ``against`` : of those without which the verdict has none of its causes.
+    ``whole`` : the verdict with all of them, before these doubts make it less sure.
     """
 
     turned: tuple[tuple[str, str], ...] = ()
@@ -147,10 +146,8 @@ def verdict_dependence(
             turned.append((bench.trials[i].recording.name, said))
             against += not _shares_a_cause(judged, anew)
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
-    if judged.verdict in ("effect", "tie"):
-        odd = _odd_recording(bench, [(judged.accepted, steps[id(judged.accepted)])])
-    else:
-        odd = _odd_recording(bench, [(item, None) for item in (found.none, *found.singles)])
+    tried = [judged.accepted] if judged.verdict in ("effect", "tie") else [found.none, *found.singles]
+    odd = _odd_recording(bench, [(item, steps.get(id(item))) for item in tried])
     names = tuple(bench.trials[i].recording.name for i in left)
     return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against, _whole_words(judged))
 

@@ -88,8 +88,8 @@ def _doubt(joint: str, stated: float, shown: float) -> str | None:
     what, seen = (f"{significant(float(np.degrees(each)), 2)} deg" for each in (stated, shown))
     text = f"{joint}: a noise of {what} is stated, and the readings scatter by {seen} from one to the next"
     remedy = (
-        "The stated one is used, in odds and remainder: check its digits and its unit, or leave it out. An error that "
-        "lasts from reading to reading is stated as accuracy:"
+        "The stated one is used, in odds and remainder: check its digits and its unit, or leave it out. State an "
+        "error that lasts from reading to reading as accuracy:"
     )
     return decisive(text, remedy)
 

@@ -81,6 +81,15 @@ def test_only_some_recordings_are_refitted_without() -> None:
     assert sorted([*dict(hangs.turned), *hangs.open]) == [f"{k}.csv" for k in range(len(bench.trials))]
 
 
+def test_an_accepted_cause_that_is_not_among_the_heaviest_is_asked_too() -> None:
+    """What all tied sets share may be accepted without being among those that are evaluated again."""
+    bench, found = assessed_of(with_effects(off(TWO, 4), FRICTION), (0,), "coulomb_friction")
+    judged = judge(found, CALIBRATED)
+    apart = replace(judged, verdict="effect", accepted=replace(found.singles[0]))
+    assert id(apart.accepted) not in {id(item) for item, _ in judged.weighed}
+    assert influence.verdict_dependence(bench, found, apart, CALIBRATED).odd == ()
+
+
 def test_one_step_without_a_recording_determines_a_shape_as_a_fit_without_it() -> None:
     """One of four slipped: without it the residuals are small, and the shape is determined far better."""
     built = with_effects(off(TWO, 4), {"hip": {"quadratic_damping": {"coefficient": 0.05}}})

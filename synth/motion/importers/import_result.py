@@ -63,7 +63,7 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
             trials.append(ImportedTrial(file, target, _import_file(project, file, None)))
     raise_if_any(problems)
     trials, mapping = _on_one_side(project, trials)
-    trials = _on_one_turn(replace(project, mapping=mapping), trials)
+    trials = _with_oblique_planes(_on_one_turn(replace(project, mapping=mapping), trials), mapping)
     return _without_hand(trials) if project.release == "free" else trials
 
 
@@ -93,15 +93,27 @@ def _on_one_side(project: ImportProject, trials: list[ImportedTrial]) -> tuple[l
     mean = along_its_axis(np.linalg.eigh(ways.T @ ways)[1][:, -1])
     mapping = replace(project.mapping, towards=(float(mean[0]), float(mean[1])))
     there = replace(project, mapping=mapping)
-    made = []
-    for trial, along in zip(trials, ways @ mean, strict=True):
-        again = trial if along >= 0.0 else replace(trial, imported=_import_file(there, trial.source, None))
-        if abs(along) < np.cos(OBLIQUE):
-            aside = float(np.degrees(np.arccos(min(abs(along), 1.0))))
-            note = OTHER_WAY.format(aside)
-            again = replace(again, imported=replace(again.imported, notes=(*again.imported.notes, note)))
-        made.append(again)
+    made = [
+        trial if along >= 0.0 else replace(trial, imported=_import_file(there, trial.source, None))
+        for trial, along in zip(trials, ways @ mean, strict=True)
+    ]
     return made, mapping
+
+
+def _with_oblique_planes(trials: list[ImportedTrial], mapping: Mapping) -> list[ImportedTrial]:
+    """The recordings, with a note on each whose plane stands far from the mean one of all."""
+    if mapping.towards is None:
+        return trials
+    made = []
+    for trial in trials:
+        tracked, notes = trial.imported.tracked, trial.imported.notes
+        assert tracked is not None
+        assert tracked.right is not None
+        along = float(tracked.right @ np.array(mapping.towards))
+        if along < np.cos(OBLIQUE):
+            notes = (*notes, OTHER_WAY.format(float(np.degrees(np.arccos(along)))))
+        made.append(replace(trial, imported=replace(trial.imported, notes=notes)))
+    return made
 
 
 def _on_one_turn(project: ImportProject, trials: list[ImportedTrial]) -> list[ImportedTrial]:
