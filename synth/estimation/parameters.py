@@ -101,15 +101,15 @@ class Parameter:
     """One parameter of an effect.
 
     ``default``: the value if a file gives none; None: required. ``off``: the value that represents a joint without the
-    effect. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
-    unit, otherwise in the joint's natural size (see ``chain_candidates``), which counts up to ``largest``, SI.
-    ``anchor`` "middle": its prior is relative to the middle of the joint's motion, in half its range; "settled": to
-    the spring's deflection at the end of the trials. ``of`` : another free parameter by whose value the
-    prior's is multiplied: a part that is smaller than another one, or belongs to another effect. ``above``,
-    ``below`` : exclusive limits of a value in a file, beside those that follow from the prior. ``label`` : words that
-    people read in place of the name; ``form`` : as which they read the value, a change with its sign, a share in per
-    cent. ``added_to`` : the quantity of the designed joint that a change is added to, see ``DESIGNED``. ``choices`` :
-    words for the values 0 and 1 of a parameter that has no others; a file may give no other one.
+    effect. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI unit,
+    otherwise in the joint's natural size (see ``chain_candidates``), which counts up to ``largest``, SI. ``anchor``
+    "middle": its prior is relative to the middle of the joint's motion, in half its range; "settled": to the spring's
+    deflection at the end of the trials. ``of`` : another free parameter by whose value the prior's is multiplied: a
+    part that is smaller than another one, or belongs to another effect. ``above``, ``below`` : exclusive limits of a
+    value in a file, ``least`` an inclusive one, beside those that follow from the prior. ``label`` : words that people
+    read in place of the name; ``form`` : as which they read the value, a change with its sign, a share in per cent.
+    ``added_to`` : the quantity of the designed joint that a change is added to, see ``DESIGNED``. ``choices`` : words
+    for the values 0 and 1 of a parameter that has no others; a file may give no other one.
     """
 
     name: str
@@ -123,6 +123,7 @@ class Parameter:
     of: str = ""
     meaning: str = ""
     above: float = -np.inf
+    least: float = -np.inf
     below: float = np.inf
     label: str = ""
     form: Form = "value"
@@ -144,6 +145,8 @@ class Parameter:
             return " or ".join(f"{number} ({words})" for number, words in enumerate(self.choices))
         if not value > self.above:
             return f"more than {self.above:g}"
+        if value < self.least:
+            return f"at least {self.least:g}"
         if not value < self.below:
             return f"less than {self.below:g}"
         prior = self.prior

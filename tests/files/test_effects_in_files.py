@@ -77,6 +77,8 @@ def refusal(folder: Path, effect: str, drive: str = "") -> str:
             "encoder_offset: {offset: 5 deg, controlled: 0.5}",
             "controlled: 0.5 is not allowed: it must be 0 (the true angle) or 1 (this reading)",
         ),
+        ("encoder_scale: {error: -1}", "error: -1 is not allowed: it must be more than -1"),
+        ("gear_play: {play: 1 deg, damping: -1 s/rad}", "-1 s/rad is not allowed: it must be at least 0"),
         ("gear_play: {play: 1 deg, read_beyond: 2}", "it must be 0 (before the play) or 1 (behind the play)"),
     ],
 )
@@ -144,3 +146,12 @@ def test_every_need_of_an_effect_of_drives_has_words() -> None:
     """Else the effect is taken to act without a drive."""
     for effect in registered():
         assert effect.way != "drive" or (effect.needs and set(effect.needs) <= set(WORDS)), effect.name
+
+
+@pytest.mark.parametrize("name", ["servo_gain", "torque_constant", "winding_resistance"])
+def test_a_gain_or_resistance_cannot_fall_below_nothing(tmp_path: Path, name: str) -> None:
+    """At -100 % nothing is left of it; a negative one feeds the joint or turns its motor round."""
+    assert refusal(tmp_path, f"{name}: {{share: -1.2}}", DRIVES["servo"]).endswith(
+        f"{name}.share: -1.2 is not allowed: it must be more than -1"
+    )
+    read(tmp_path, f"{name}: {{share: -0.99}}", DRIVES["servo"])

@@ -34,7 +34,14 @@ EFFECT = Effect(
     source="definition",
     way="reading",
     parameters=(
-        Parameter("error", "1", prior=Prior(0.0, 0.05, lower=-0.5, upper=0.5), natural=False, form="relative change"),
+        Parameter(
+            "error",
+            "1",
+            prior=Prior(0.0, 0.05, lower=-0.5, upper=0.5),
+            natural=False,
+            form="relative change",
+            above=-1.0,
+        ),
         BY_SERVO,
     ),
     strengths=("error",),

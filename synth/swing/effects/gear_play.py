@@ -100,7 +100,9 @@ EFFECT = Effect(
             above=0.0,
             meaning="duration of a blow without damping: the flanks' stiffness, with rotor and link on either side",
         ),
-        Parameter("damping", "s/rad", 1.0, meaning="relative increase of a flank's torque per rad/s of closing"),
+        Parameter(
+            "damping", "s/rad", 1.0, least=0.0, meaning="relative increase of a flank's torque per rad/s of closing"
+        ),
         Parameter(
             "read_beyond",
             "1",

@@ -36,6 +36,7 @@ EFFECT = Effect(
             meaning="relative excess",
             label="change",
             form="relative change",
+            above=-1.0,
         ),
     ),
     strengths=("share",),

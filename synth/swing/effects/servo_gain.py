@@ -34,6 +34,7 @@ EFFECT = Effect(
             meaning="relative excess of the gain",
             label="change",
             form="relative change",
+            above=-1.0,
         ),
     ),
     strengths=("share",),

@@ -37,6 +37,7 @@ EFFECT = Effect(
             meaning="relative excess",
             label="change",
             form="relative change",
+            above=-1.0,
         ),
     ),
     strengths=("share",),
