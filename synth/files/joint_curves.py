@@ -7,7 +7,7 @@ SDF's and URDF's joints know one linear rate.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isclose
 
 import numpy as np
@@ -17,7 +17,8 @@ from synth.swing.damper_curves import clamps, thin, torque_at
 from synth.swing.leg_model import Joint
 from synth.units import significant
 
-IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are included in the damper's curve
+DRAG = "quadratic_damping"
+IN_DAMPING = ("shear_thinning_damping", DRAG)  # effects that are included in the damper's curve
 LEAST = 1e-9  # of the largest torque, below which a term is dropped
 WORTH_SAYING = 0.02  # of the largest torque: a smaller error of the straight line is not reported
 ROUNDED = 1e-3  # of the largest torque: more than twice what rounding to four digits leaves (test_mjcf_dampers.py)
@@ -57,7 +58,7 @@ def damper_torque(joint: Joint, speed: Array) -> Array:
     if thinning is not None:
         loss, scale, knee = (thinning.get(name, off) for name, off in (("loss", 0.5), ("speed", 1.0), ("knee", 2.0)))
         torque = torque * (1.0 + (np.abs(speed / scale) + 1e-9) ** knee) ** (-loss / knee)
-    drag = held.get("quadratic_damping")
+    drag = held.get(DRAG)
     if drag is not None:
         scale, exponent = drag.get("speed", 1.0), drag.get("exponent", 2.0)
         torque = torque + drag["coefficient"] * scale**2 * np.abs(speed / scale) ** exponent * np.sign(speed)
@@ -105,7 +106,7 @@ def _fitted_terms(joint: Joint, fastest: float, corners: Array, upto: float, pow
 
 def _exact_terms(joint: Joint) -> DampingTerms | None:
     """The damper where MuJoCo's terms hold it at every speed: a rate or a concave curve, drag of power 2 or 3."""
-    damper, drag = joint.damper, joint.effects.get("quadratic_damping", {"coefficient": 0.0})
+    damper, drag = joint.damper, joint.effects.get(DRAG, {"coefficient": 0.0})
     exponent = drag.get("exponent", 2.0)
     if "shear_thinning_damping" in joint.effects or exponent not in (2.0, 3.0):
         return None
@@ -122,6 +123,17 @@ def _exact_terms(joint: Joint) -> DampingTerms | None:
     terms = (rate, size, 0.0) if exponent == 2.0 else (rate, 0.0, size)
     kept = slope > 0.0
     return DampingTerms(tuple(speed[kept].tolist()), tuple(slope[kept].tolist()), terms, 0.0)
+
+
+def without_drag(joint: Joint) -> Joint:
+    """The joint with its damper alone: drag acts on the link, on the other side of a backlash."""
+    return replace(joint, effects={name: given for name, given in joint.effects.items() if name != DRAG})
+
+
+def drag_terms(joint: Joint, fastest: float) -> DampingTerms:
+    """The joint's drag without its damper, in powers of the speed, fitted over 0 to ``fastest`` rad/s where inexact."""
+    alone = replace(joint, damper=None, effects={DRAG: joint.effects[DRAG]} if DRAG in joint.effects else {})
+    return _exact_terms(alone) or _fitted_terms(alone, fastest, np.empty(0), fastest, (1, 2, 3))
 
 
 def linear_damping(joint: Joint, fastest: float) -> tuple[float, str]:

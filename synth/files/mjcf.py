@@ -207,6 +207,8 @@ def _body(
     attributes, notes = {"name": joint.name, "axis": "0 -1 0"}, laws.notes()
     if not play_of(joint, driven=drive is not None):
         attributes |= laws.attributes(joint)
+    else:
+        attributes |= laws.drag_attributes()
     if lightened(joint):
         notes.append(f"{NOT_IN_MODEL}, {lightened(joint)}")
     elif joint.with_rotor:

@@ -8,8 +8,9 @@ from math import degrees
 
 from synth.arrays import Array
 from synth.files.drive_terms import DriveTerms
-from synth.files.joint_curves import DampingTerms, damping_terms
+from synth.files.joint_curves import DampingTerms, damping_terms, drag_terms, without_drag
 from synth.files.joint_springs import SpringTerms, reach_of, spring_terms
+from synth.files.mjcf_backlash import play_of
 from synth.files.mjcf_springs import polynomial, spring_attributes
 from synth.swing.leg_model import Joint, Leg
 
@@ -18,11 +19,15 @@ TOLD = 1e-3  # of the torque: a damper's error above it is reported
 
 @dataclass(frozen=True)
 class JointLaws:
-    """``damper`` up to ``fastest`` rad/s, with what a drive's winding brakes; ``spring``, None without one."""
+    """``damper`` up to ``fastest`` rad/s, with what a drive's winding brakes; ``spring``, None without one.
+
+    ``drag`` : what does not act behind the joint's backlash with these two, but on the joint itself.
+    """
 
     damper: DampingTerms
     fastest: float
     spring: SpringTerms | None
+    drag: DampingTerms
 
     def attributes(self, joint: Joint) -> dict[str, str]:
         """Spring and polynomial damping as attributes of the joint's hinge."""
@@ -31,15 +36,20 @@ class JointLaws:
             found["damping"] = polynomial(self.damper.polynomial)
         return found
 
+    def drag_attributes(self) -> dict[str, str]:
+        """Drag as an attribute of the hinge beside which an arm has spring and damper."""
+        return {"damping": polynomial(self.drag.polynomial)} if any(self.drag.polynomial) else {}
+
     def notes(self) -> list[str]:
         """How far fitted curves hold, and their largest errors there; empty where all is exact."""
         found = []
         if self.spring is not None and self.spring.fitted:
             text = f"the spring's curve is fitted up to {degrees(self.spring.reach):.3g} deg of deflection, there at "
             found.append(f"{text}most {self.spring.error:.2%} of its torque off; beyond, it goes on straight")
-        if self.damper.error > TOLD:
-            text = f"the damper's curve is at most {self.damper.error:.1%} of its torque off up to {self.fastest:.3g} "
-            found.append(f"{text}rad/s, and not fitted beyond")
+        for name, terms in (("damper", self.damper), ("drag", self.drag)):
+            if terms.error > TOLD:
+                text = f"the {name}'s curve is at most {terms.error:.1%} of its torque off up to {self.fastest:.3g} "
+                found.append(f"{text}rad/s, and not fitted beyond")
         return found
 
 
@@ -55,10 +65,13 @@ def joint_laws(
     found = []
     for index, (joint, drive) in enumerate(zip(leg.joints, drives, strict=True)):
         speed = float(fastest[index])
-        damper = damping_terms(joint, speed)
+        inside, drag = joint, DampingTerms((), (), (0.0, 0.0, 0.0), 0.0)
+        if play_of(joint, driven=drive is not None):
+            inside, drag = without_drag(joint), drag_terms(joint, speed)
+        damper = damping_terms(inside, speed)
         if drive is not None:
             linear, square, cube = damper.polynomial
             damper = replace(damper, polynomial=(linear + drive.braking, square, cube))
         reach = reach_of(joint, None if deflected is None else float(deflected[index]))
-        found.append(JointLaws(damper, speed, None if joint.spring is None else spring_terms(joint, reach)))
+        found.append(JointLaws(damper, speed, None if joint.spring is None else spring_terms(joint, reach), drag))
     return found

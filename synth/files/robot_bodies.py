@@ -6,7 +6,7 @@ vector (x, y, z) is (x, -z, y) here: a quarter turn about x.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asin, atan2, cos, pi, sin, sqrt
 
 import numpy as np
@@ -29,6 +29,11 @@ class Visual:
     turn: float
     shift: Vector
     colour: Vector  # red, green, blue, 0 to 1
+
+    def tilted(self, tilt: float) -> Visual:
+        """The part turned about the frame's hinge by ``tilt`` rad, counter-clockwise positive."""
+        (x, y, z), c, s = self.shift, cos(tilt), sin(tilt)
+        return replace(self, turn=self.turn + tilt, shift=(c * x - s * y, s * x + c * y, z))
 
     @property
     def place(self) -> Vector:

@@ -51,7 +51,7 @@ def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     root = Element("robot", name=leg.name)
     first, shown = nested(root, "link", name="base"), list(links) or [RobotLink()] * len(leg.joints)
     for item in (base or RobotLink()).visuals:
-        _urdf_mesh(first, item)
+        _urdf_mesh(first, item.tilted(leg.tilt))  # the root link of a URDF has no pose; the first joint is tilted alike
     parent, height = "base", 0.0
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))

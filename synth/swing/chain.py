@@ -345,9 +345,14 @@ def is_compiled(n: int, *, plain: bool = False) -> bool:
 
 def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
     """The chain with the source text of each of its modules."""
-    laws = (LaneLaw(each.name, len(each.parameters), each.memory, each.uses_drive) for each in effects)
-    layout = Layout(n, tuple(laws))
+    layout = Layout(n, tuple(map(_law_of, effects)))
     return Chain(layout, effects, chain_modules(layout, effects))
+
+
+def _law_of(effect: Effect) -> LaneLaw:
+    part = "" if effect.memory or effect.belongs_to == "joint" else effect.belongs_to
+    play = effect.index(effect.play) if effect.play else -1
+    return LaneLaw(effect.name, len(effect.parameters), effect.memory, effect.uses_drive, part, play)
 
 
 def simulate(

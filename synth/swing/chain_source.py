@@ -152,9 +152,8 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
     )
     each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # the mask excludes negative indices
-    lines = [
-        each,
-        f"    {at('extra_torque')} = 0.0",
+    lines = [each, *(f"    {at(block)} = 0.0" for block in ("extra_torque", "spring_laws", "damper_laws"))]
+    lines += [
         "if active[0] >= 0:",
         f"    {each}",
         f"        {at('damper_torque')} = {at('damper_rate')} * {at('rate')}",
@@ -162,22 +161,29 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         *_curves(layout, at),
     ]
     lines += ["if active[1] != 0:", *_servos(layout, at, each)]
-    for index, law in enumerate(layout.laws):
-        given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
-        given += [at(block) for block in ("spring_rate", "damper_rate", *forces_of(law))]
-        given += [at(f"{law.name} memory") if law.memory else "0.0"]
-        given += [at(law.name, p) for p in range(law.n_parameter)]
-        lines += [
-            f"if active[{index + FIRST_LAW}] != 0:",
-            f"    {each}",
-            f"        value, change = {law.name}({', '.join(given)})",
-            f"        {at('extra_torque')} += value",
-        ]
-        if law.memory:
-            lines += [f"        {at(f'{law.name} memory rate')} = change"]
+    # A play last: it passes on what spring and damper give with their own laws.
+    for index, law in sorted(enumerate(layout.laws), key=lambda item: item[1].play >= 0):
+        lines += [f"if active[{index + FIRST_LAW}] != 0:", f"    {each}", *_law_torque(layout, law, at)]
     decorator = DECORATOR.format(signature="void(float64[::1], int64, int64[::1])")
     body = "\n".join(f"    {line}" for line in lines)
     return f"{header}\n\n{decorator}\ndef extra_torques(Z, n, active):\n{body}\n"
+
+
+def _law_torque(layout: Layout, law: LaneLaw, at: Callable[..., str]) -> list[str]:
+    """Lines of one law's loop; a spring's law takes the deflection behind the joint's play, if it has one."""
+    lines = [f"        u = {at('rotation')} - {at('rest')}"]
+    if law.part == "spring":
+        for play in (each for each in layout.laws if each.play >= 0):
+            lines += [f"        u = {at(f'{play.name} memory')} if {at(play.name, play.play)} > 0.0 else u"]
+    damper, force = (at(block) for block in forces_of(law))
+    if law.play >= 0:
+        damper, force = f"{damper} - {at('damper_laws')}", at("spring_laws")
+    given = [at("rotation"), at("rate"), "u", at("spring_rate"), at("damper_rate"), damper, force]
+    given += [at(f"{law.name} memory") if law.memory else "0.0"]
+    given += [at(law.name, p) for p in range(law.n_parameter)]
+    lines += [f"        value, change = {law.name}({', '.join(given)})", f"        {at('extra_torque')} += value"]
+    lines += [f"        {at(f'{law.part}_laws')} += value"] if law.part else []
+    return lines + ([f"        {at(f'{law.name} memory rate')} = change"] if law.memory else [])
 
 
 def forces_of(law: LaneLaw) -> tuple[str, str]:

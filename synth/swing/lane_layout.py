@@ -68,18 +68,25 @@ _FOR_EFFECTS = (
     "length", "carried_mass",  # mass of all links outboard of the joint
     "first_moment",  # of the link and of all links outboard of it, about the joint
     "bearing_force",
+    "spring_laws", "damper_laws",  # torques on q of the laws that belong to spring and damper
 )  # fmt: skip
 UsesDrive = Literal["", "as it is", "warms its winding"]
 
 
 @dataclass(frozen=True)
 class LaneLaw:
-    """An effect's compiled torque in the layout: name, number of parameters, whether it has a memory."""
+    """An effect's compiled torque in the layout: name, number of parameters, whether it has a memory.
+
+    ``part`` : "spring" or "damper", of whose torque it is a share without a memory; otherwise empty. ``play`` : index
+    of the parameter that is the gap between the joint and these parts, -1 for none; behind it is the memory.
+    """
 
     name: str
     n_parameter: int
     memory: bool = False
     uses_drive: UsesDrive = ""  # its argument is the servo's torque instead of the bearing force
+    part: str = ""
+    play: int = -1
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,11 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fit.simulated_legs import robot
 from synth.files.joint_springs import spring_terms
+from synth.files.robot_bodies import RobotLink, Visual
 from synth.files.robot_xml import sdf_file, urdf_file, write_robot_files
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
@@ -33,6 +35,22 @@ def test_mujoco_reads_the_urdf_and_moves_it_as_the_chain_moves_a_leg_without_spr
     ours = simulate(leg, start, [0.0] * 3, np.array([0.0, 0.3]), tolerance=1e-9)[-1]
     assert np.abs(ours - start).max() > 0.1
     np.testing.assert_allclose(data.qpos, ours, atol=1e-5)
+
+
+def test_the_drawn_mount_of_a_tilted_leg_is_tilted_in_every_file() -> None:
+    """In the URDF the mount stood upright, so that the links of a leg tilted by 90 deg hung through it."""
+    mount = Visual("mount", "mount.stl", 0.3, (0.02, -0.05, 0.01), (0.5, 0.5, 0.5))
+    leg, base = replace(robot(), tilt=0.7), RobotLink(None, (mount,))
+    turned = Rotation.from_euler("y", -leg.tilt)  # the base's, as MJCF and SDF state it
+    wanted = turned * Rotation.from_euler("xyz", mount.rpy)
+    visual = ET.fromstring(urdf_file(leg, FASTEST, base).text).find("link[@name='base']/visual/origin")
+    assert visual is not None
+    place, turn = ([float(value) for value in str(visual.get(key)).split()] for key in ("xyz", "rpy"))
+    np.testing.assert_allclose(place, turned.apply(mount.place), atol=1e-9)
+    np.testing.assert_allclose(Rotation.from_euler("xyz", turn).as_matrix(), wanted.as_matrix(), atol=1e-8)
+    model = ET.fromstring(sdf_file(leg, FASTEST, base).text)
+    pose = [float(value) for value in str(model.findtext(".//link[@name='base']/pose")).split()]
+    np.testing.assert_allclose(Rotation.from_euler("xyz", pose[3:]).as_matrix(), turned.as_matrix(), atol=1e-8)
 
 
 def test_the_sdf_holds_springs_with_their_rest_and_dampers() -> None:

@@ -193,10 +193,11 @@ def test_a_leg_written_as_mjcf_is_read_again(tmp_path: Path) -> None:
 
 def test_curves_drag_and_backlash_are_read_again(tmp_path: Path) -> None:
     curve = DamperCurve((0.5, 1.5, 4.0, 9.0), (0.03, 0.06, 0.09, 0.12))
+    drag = {"quadratic_damping": {"coefficient": 2e-3}}  # of a joint with backlash on the link, not on the arm
     leg = out_and_in().with_joints(
         hip={"damper": Damper(curve=curve)},
-        knee={"damper": Damper(curve=curve), "effects": {"backlash": {"gap": 0.03}}},
-        ankle={"effects": {"quadratic_damping": {"coefficient": 2e-3}}},
+        knee={"damper": Damper(curve=curve), "effects": {"backlash": {"gap": 0.03}, **drag}},
+        ankle={"effects": drag},
     )
     picked = robot_leg(written(tmp_path / "a.mjcf.xml", mjcf_text(leg, FASTEST)), leg.joint_names)
     again = picked.leg

@@ -108,11 +108,11 @@ def _turned(quaternion: Any, axis: Any) -> Any:
 
 
 def with_arm(joint: RobotJoint, arm: RobotJoint, gap: float) -> RobotJoint:
-    """The joint with the spring and damper of its arm, behind the backlash."""
+    """The joint with the spring and damper of its arm, behind the backlash; drag may act on either side."""
     return replace(
         joint, stiffness=arm.stiffness, rest=arm.rest, damping=arm.damping, clamps=arm.clamps,
-        drag=arm.drag, hardening=arm.hardening, onset=arm.onset, losses=arm.losses, gap=gap, refused=arm.refused,
-        left_out=(*joint.left_out, *arm.left_out),
+        drag=joint.drag or arm.drag, hardening=arm.hardening, onset=arm.onset, losses=arm.losses, gap=gap,
+        refused=arm.refused, left_out=(*joint.left_out, *arm.left_out),
     )  # fmt: skip
 
 

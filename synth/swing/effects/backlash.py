@@ -24,13 +24,14 @@ def torque(  # type: ignore[no-untyped-def]
     """Spring and damper act on a massless output side (memory: its deflection, rad), which the joint drives with play.
 
     In contact the output side follows the joint while the joint pushes it; otherwise it relaxes by itself. A damper
-    curve is replaced by its secant at the joint's rate.
+    curve, with its laws, is replaced by its secant at the joint's rate. ``force`` : torque (N m) of the spring's laws
+    on the output side, which acts beside this one; ``damper_torque`` is less by that of the damper's laws.
     """
     lag = deflection - memory
     side = 1.0 if lag > 0.0 else -1.0
     secant = damper_torque / rate if abs(rate) > 1e-6 else damper_rate  # rad/s: at rest
-    viscous = max(max(secant, damper_rate), spring_rate / FASTEST) + 1e-12
-    alone = -spring_rate * memory / viscous
+    viscous = max(secant, spring_rate / FASTEST) + 1e-12
+    alone = (force - spring_rate * memory) / viscous
     driven = side * (rate - side * (SEATING * abs(rate) + 1e-9))
     touching = side * lag > 0.5 * gap
     change = side * max(driven, side * alone) if touching else alone
@@ -50,7 +51,8 @@ EFFECT = Effect(
     meaning="a dead zone between the joint and its spring and damper (a drive's: gear_play)",
     phrase="has backlash",
     needs=("spring", "damper"),
-    formula="play of width gap between the joint and the massless side that holds spring and damper",
+    formula="play of width gap between the joint and the massless side that holds spring and damper with their laws; "
+    "spring_hysteresis acts beside it",
     source="Nordin & Gutman, Automatica 38 (2002) 1633, the physical model with a massless shaft",
     way="torque",
     memory=True,

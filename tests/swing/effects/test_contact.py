@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -42,7 +43,11 @@ def test_a_slow_pull_crosses_half_the_gap_and_then_meets_the_spring(pull: float)
     assert settled == pytest.approx(math.copysign(0.1, pull) + pull / RATE, abs=1e-5)
 
 
-def play(start: float, gap: float, damper: float, times: Array) -> Array:
+def linear(deflection: float) -> float:
+    return RATE * deflection
+
+
+def play(start: float, gap: float, damper: float, times: Array, spring: Callable[[float], float] = linear) -> Array:
     """Rigid flanks and a massless output side on spring and damper, from event to event.
 
     While it pushes, the joint has spring and damper; when the force turns to a pull they part: the joint is free and
@@ -53,14 +58,14 @@ def play(start: float, gap: float, damper: float, times: Array) -> Array:
     angle = np.empty_like(times)
 
     def together(_: float, s: Array) -> list[float]:
-        return [s[1], (-RATE * s[2] - damper * s[1]) / INERTIA, s[1]]
+        return [s[1], (-spring(s[2]) - damper * s[1]) / INERTIA, s[1]]
 
     def apart(_: float, s: Array) -> list[float]:
-        return [s[1], 0.0, -RATE * s[2] / damper]
+        return [s[1], 0.0, -spring(s[2]) / damper]
 
     while begin < times[-1]:
         if touching:
-            event = lambda _, s, side=flank: side * (RATE * s[2] + damper * s[1])  # noqa: E731
+            event = lambda _, s, side=flank: side * (spring(s[2]) + damper * s[1])  # noqa: E731
             event.direction = -1.0
         else:
             event = lambda _, s: abs(s[0] - s[2]) - half  # noqa: E731
@@ -87,6 +92,40 @@ def test_backlash_swings_like_rigid_flanks(gap: float, damper: float, tolerance:
     got = swing(leg({"backlash": {"gap": gap}}, damper=damper), 0.5, 0.0, times, tolerance)[:, 0]
     plain = swing(leg({}, damper=damper), 0.5, 0.0, times)[:, 0]
     assert np.abs(plain - expected).max() > 0.02
+    assert np.abs(got - expected).max() < 6e-5
+
+
+LAWS = {
+    "one_sided_spring": {"loss_above": 0.6, "loss_below": 0.2},
+    "hardening_spring": {"stiffening": 2.0, "exponent": 2.0, "softening": 0.8},
+    "shear_thinning_damping": {"loss": 0.8, "speed": 0.1},
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_in_the_gap_a_law_of_spring_or_damper_is_not_felt(name: str) -> None:
+    """It took the joint's own angle and rate: what a spring or damper lacks there pushed the joint on."""
+    made, speed = leg({"backlash": {"gap": 0.2}, name: LAWS[name]}, damper=0.02), 0.5
+    times = np.linspace(0, 0.19, 20)  # from the middle; the flank comes after 0.2 s
+    np.testing.assert_allclose(swing(made, 0.0, speed, times)[:, 0], speed * times, atol=1e-9)
+    assert swing(made, 0.06, 0.0, [0.0, 5.0])[-1, 0] == pytest.approx(0.06, abs=1e-12)
+
+
+def two_rates(deflection: float) -> float:
+    return RATE * deflection * (0.4 if deflection > 0.0 else 0.8)
+
+
+def hardening(deflection: float) -> float:
+    softened = RATE * deflection / math.sqrt(1.0 + (0.8 * deflection) ** 2)
+    return softened + math.copysign(2.0 * deflection**2, deflection)
+
+
+@pytest.mark.parametrize(("name", "law"), [("one_sided_spring", two_rates), ("hardening_spring", hardening)])
+def test_a_law_of_the_spring_takes_the_deflection_behind_the_gap(name: str, law: Callable[[float], float]) -> None:
+    times, gap = np.linspace(0, 0.8, 401), 0.1
+    expected = play(0.5, gap, 0.05, times, law)
+    got = swing(leg({"backlash": {"gap": gap}, name: LAWS[name]}, damper=0.05), 0.5, 0.0, times)[:, 0]
+    assert np.abs(play(0.5, gap, 0.05, times) - expected).max() > 0.02
     assert np.abs(got - expected).max() < 6e-5
 
 
