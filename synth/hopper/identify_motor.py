@@ -19,12 +19,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.estimation.intervals import NORMAL90, NotFiniteError, covariance_of
+from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.fit_motor_response import ResponseFit, ResponsePoint, ResponseRun, fit_response, inductance_of
+from synth.hopper.fit_motor_response import INDUCTANCE, fit_response, standard_deviations
+from synth.hopper.inductance_profile import inductance_profile
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
-from synth.hopper.quiet_voltage import driven_pieces
+from synth.hopper.response_runs import response_runs
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running benefits from long ones
@@ -89,37 +90,22 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
 
 def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstimate) -> MotorEstimate:
     """Constants from the simulated response, from a start near them."""
-    responses = []
-    for run in runs:
-        measured = np.column_stack([run["current"], ratio * run["speed"]])
-        driven = driven_pieces(run["voltage"])
-        responses += [ResponseRun(run["time"][piece], voltage, measured[piece]) for piece, voltage in driven]
+    responses = [part for run in runs for part in response_runs(run, ratio)]
     fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
-    values = fit.constants(best.unknowns[:, None])[:, 0]
-    deviations = standard_deviations(fit, best)
-    found: dict[str, IdentifiedConstant] = {}
-    for name, value, deviation, unit in zip(CONSTANTS, values.tolist(), deviations.tolist(), fit.unit, strict=True):
-        if name in ("friction", "viscous"):
-            found[name] = IdentifiedConstant(value, deviation * float(unit))
-        elif name != "inductance":
-            if deviation > UNKNOWN_DEVIATION:
-                text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
-                raise UserError(Problem(f"{text} at several voltages"))
-            ends = value * np.exp(NORMAL90 * deviation * np.array([-1.0, 1.0]))
-            found[name] = IdentifiedConstant(value, value * deviation, (float(ends[0]), float(ends[1])))
-    value, low, high = inductance_of(fit, best)
-    found["inductance"] = IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
+    for name, deviation in zip(CONSTANTS, standard_deviations(fit, best).tolist(), strict=True):
+        if name in POSITIVE and deviation > UNKNOWN_DEVIATION:
+            text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
+            raise UserError(Problem(f"{text} at several voltages"))
+    profile = inductance_profile(fit, best)
+    reach = fit.constants(np.column_stack([profile.best.unknowns, profile.ends()]))
+    reach[INDUCTANCE] = (profile.value, *profile.interval)
+    found = {
+        name: IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
+        for name, (value, low, high) in zip(CONSTANTS, reach.tolist(), strict=True)
+    }
+    low, high = profile.interval
     text = f"inductance: the runs show only that it is below {1e3 * high:.3g} mH; record more samples a second"
     return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,))
-
-
-def standard_deviations(fit: ResponseFit, best: ResponsePoint) -> Array:
-    """(6,) standard deviations of the unknowns."""
-    try:
-        return np.asarray(np.sqrt(np.diag(covariance_of(fit.normal(best).matrix))))
-    except NotFiniteError as error:
-        text = "the simulated current and speed diverge near the constants that fit best, so their uncertainty is"
-        raise UserError(Problem(f"{text} unknown. Check the runs' units and signs, and the gear ratio")) from error
 
 
 def _weighted_windows(run: HopperRecording, ratio: float, width: float) -> Array:
