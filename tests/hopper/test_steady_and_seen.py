@@ -276,6 +276,15 @@ def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(
     assert abs(seen["peak_current"]["models"]["full"]["over_measured"]) < 0.02
 
 
+def test_current_before_the_push_is_not_the_motors() -> None:
+    """It counted: 0.1 A of electronics took 3 % off every model's peak over the measured one."""
+    time = np.arange(400) * 1e-3
+    motors = np.where((time >= 0.1) & (time < 0.25), 0.5 + 2.5 * np.exp(-(time - 0.1) / 0.02), 0.0)
+    alone = push_current("a.csv", time, motors)
+    for other in (0.1, -0.1):
+        np.testing.assert_allclose(push_current("a.csv", time, motors + other), alone, rtol=1e-9)
+
+
 def test_a_video_without_a_jump_is_refused() -> None:
     still = 1e-4 * np.sin(np.arange(100.0))
     with pytest.raises(UserError, match="is it a jump"):
