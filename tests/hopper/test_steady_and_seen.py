@@ -276,6 +276,19 @@ def test_a_charge_is_that_of_the_time_for_which_the_motors_are_on(
     assert abs(seen["peak_current"]["models"]["full"]["over_measured"]) < 0.02
 
 
+@pytest.mark.parametrize("written", ["link_mass: 5 g", "beam_rate: 3 N*m/rad", "reference_length: 90 mm"])
+def test_a_measured_link_beside_the_strip_is_refused(tmp_path: Path, written: str) -> None:
+    """It was ignored; without it the defaults of a measured link are not told either."""
+    text = "kind: hopper-design\nlaminate: {links: strip"
+    path = tmp_path / "a.yaml"
+    path.write_text(f"{text}, {written}}}\n")
+    with pytest.raises(UserError, match="belongs to a measured link") as raised:
+        read_hopper_project(path)
+    assert written.split(":")[0] in str(raised.value)
+    path.write_text(f"{text}}}\n")
+    assert not {"laminate.link_mass", "laminate.beam_rate"} & {item.key for item in read_hopper_project(path).defaults}
+
+
 def test_current_before_the_push_is_not_the_motors() -> None:
     """It counted: 0.1 A of electronics took 3 % off every model's peak over the measured one."""
     time = np.arange(400) * 1e-3
