@@ -222,6 +222,16 @@ def standard_deviations(fit: ResponseFit, point: ResponsePoint, *, inductance_he
     return found
 
 
+def moved_by_current(fit: ResponseFit, point: ResponsePoint, shift: float) -> Array:
+    """(6,) change of the unknowns if all currents were larger by ``shift`` A, the inductance held; to first order."""
+    free = [index for index in range(len(CONSTANTS)) if index != INDUCTANCE]
+    runs = tuple(replace(run, measured=run.measured + np.array([shift, 0.0])) for run in fit.runs)
+    here, there = fit.normal(point), replace(fit, runs=runs).normal(point)
+    found = np.zeros(len(CONSTANTS))
+    found[free] = covariance_of(here.matrix[np.ix_(free, free)]) @ (here.gradient - there.gradient)[free]
+    return found
+
+
 def _noise(fit: ResponseFit, point: ResponsePoint) -> Array:
     """(n_run, 2) of current and speed, all runs alike: RMS of all residuals, with half the unknowns taken by each."""
     left = np.concatenate(fit.residuals(point))

@@ -13,7 +13,7 @@ These are the start of a fit of the simulated response, which noise does not bia
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.fit_motor_response import INDUCTANCE, fit_response, standard_deviations
+from synth.hopper.current_zero import CurrentZero, current_zero
+from synth.hopper.fit_motor_response import INDUCTANCE, fit_response, moved_by_current, standard_deviations
 from synth.hopper.inductance_profile import inductance_profile
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
@@ -57,7 +58,10 @@ class IdentifiedConstant:
 
 @dataclass(frozen=True)
 class MotorEstimate:
-    """Constants at the rotor, SI; ``not_determined``: what the runs leave open of them, and why."""
+    """Constants at the rotor, SI; ``not_determined``: what the runs leave open of them, and why.
+
+    ``current_zero`` : of the sensor, which is subtracted.
+    """
 
     resistance: IdentifiedConstant
     inductance: IdentifiedConstant
@@ -67,6 +71,7 @@ class MotorEstimate:
     rotor_inertia: IdentifiedConstant
     windows: int
     not_determined: tuple[str, ...] = ()
+    current_zero: CurrentZero = field(default_factory=CurrentZero)
 
 
 def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEstimate:
@@ -77,19 +82,23 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
     UserError : the runs do not determine the constants (a single steady speed, or no run-up), or some or all
         are not of a motor, or its simulation diverges near them.
     """
+    zero = current_zero(runs)
+    runs = tuple(map(zero.subtracted, runs))
     rows = [np.concatenate([_weighted_windows(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
     _refuse_odd_run([run.name for run in runs], rows)
     names, near = [run.name for run in runs], _estimate(np.concatenate(rows))
     _refuse_no_motor(names, near, POSITIVE)
-    found = _by_response(runs, ratio, near)
+    found = _by_response(runs, ratio, near, zero)
     _refuse_no_motor(names, found, ("friction", "viscous"))
     return found
 
 
-def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstimate) -> MotorEstimate:
-    """Constants from the simulated response, from a start near them."""
+def _by_response(
+    runs: Sequence[HopperRecording], ratio: float, near: MotorEstimate, zero: CurrentZero
+) -> MotorEstimate:
+    """Constants from the simulated response, from a start near them; their intervals hold the error of ``zero``."""
     responses = [part for run in runs for part in response_runs(run, ratio)]
     fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
     for name, deviation in zip(CONSTANTS, standard_deviations(fit, best).tolist(), strict=True):
@@ -97,7 +106,10 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
             text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
             raise UserError(Problem(f"{text} at several voltages"))
     profile = inductance_profile(fit, best)
-    reach = fit.constants(np.column_stack([profile.best.unknowns, profile.ends()]))
+    best, ends = profile.best, profile.ends()
+    moved = NORMAL90 * moved_by_current(fit, best, zero.deviation)[:, None]
+    ends = best.unknowns[:, None] + np.array([-1.0, 1.0]) * np.hypot(ends - best.unknowns[:, None], moved)
+    reach = fit.constants(np.column_stack([best.unknowns, ends]))
     reach[INDUCTANCE] = (profile.value, *profile.interval)
     found = {
         name: IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
@@ -105,7 +117,7 @@ def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstim
     }
     low, high = profile.interval
     text = f"inductance: the runs show only that it is below {1e3 * high:.3g} mH; record more samples a second"
-    return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,))
+    return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,), current_zero=zero)
 
 
 def _weighted_windows(run: HopperRecording, ratio: float, width: float) -> Array:

@@ -12,9 +12,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.current_zero import is_nothing, samples_at_rest
 from synth.hopper.fit_motor_response import ResponseRun
-from synth.hopper.quiet_voltage import DROP_DEVIATIONS, LEAST_DROP, SMALL, driven_pieces
-from synth.noise import difference_scale, robust_deviation
+from synth.hopper.quiet_voltage import DROP_DEVIATIONS, LEAST_DROP, driven_pieces
 
 
 def response_runs(run: HopperRecording, ratio: float) -> list[ResponseRun]:
@@ -24,7 +24,9 @@ def response_runs(run: HopperRecording, ratio: float) -> list[ResponseRun]:
     """
     time, recorded = run["time"], run["voltage"]
     measured = np.column_stack([run["current"], ratio * run["speed"]])
-    rest, found = _samples_at_rest(recorded, measured), []
+    rest, found = samples_at_rest(run), []
+    if rest and not is_nothing(run, "current", rest):
+        rest = 0
     for piece, voltage in driven_pieces(recorded):
         if piece.stop <= rest:
             continue
@@ -32,20 +34,6 @@ def response_runs(run: HopperRecording, ratio: float) -> list[ResponseRun]:
         within = float(time[rest] - time[rest - 1]) if known else None
         found.append(ResponseRun(time[piece], voltage, measured[piece], within))
     return found
-
-
-def _samples_at_rest(voltage: Array, measured: Array) -> int:
-    """How many first samples are before the switch-on, of a motor at rest; 0 if it moves or is driven."""
-    first = int(np.argmax(np.abs(voltage) > SMALL * float(np.max(np.abs(voltage)))))
-    columns = (voltage, measured[:, 0], measured[:, 1])
-    return first if first > 0 and all(_is_nothing(values, first) for values in columns) else 0
-
-
-def _is_nothing(values: Array, first: int) -> bool:
-    """Whether the first so many of a column (n,) are zero, but for a sensor's noise and offset."""
-    noise = robust_deviation(np.diff(values)) / difference_scale(1)
-    least = max(LEAST_DROP * float(np.max(np.abs(values))), DROP_DEVIATIONS * noise / float(np.sqrt(first)))
-    return abs(float(np.mean(values[:first]))) <= least
 
 
 def _is_stiff(voltage: Array, current: Array) -> bool:
