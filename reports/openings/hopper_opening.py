@@ -140,7 +140,11 @@ def _steps(document: Json, limit: str) -> list[str]:
     if not _missing(document):
         return [f"Cut the parts of `parts/` and {record}"]
     drawn = mapping(document, "parts", "as_drawn")
-    again = "enter the drawn flexures' rate under `flexures:` and run again, " if "equivalent_rate" in drawn else ""
+    again = ""
+    if rate := mapping(drawn, "rate_for_all_joints").get("value"):
+        again = (
+            f"enter the drawn flexures' rate under `flexures:` ({rate:.3g} N*m/rad fits every joint) and run again, "
+        )
     return [f"Decide on the warnings of the parts: {again}complete the rest by hand. Then cut `parts/` and {record}"]
 
 

@@ -1,4 +1,9 @@
-"""A link's bending rate from a CSV of torque and deflection: ``deflection [deg],torque [N*m]``."""
+"""A link's bending rate from a CSV of torque and deflection: ``deflection [deg],torque [N*m]``.
+
+Both are read with errors of unknown sizes. However the errors are divided, the true slope is between that of the torque
+over the deflection and the inverse of that of the deflection over the torque (Frisch 1934; Gillard, REVSTAT 8 (2010)
+57). The rate is their geometric mean, its interval reaches from the lower end of the one to the upper end of the other.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +31,7 @@ class BendingRate:
 
 
 def read_bending(path: Path, name: str) -> BendingRate:
-    """The slope of torque over deflection, least squares with a free offset; Student's t for the interval.
+    """The slope between both least squares, with a free offset; Student's t for the interval.
 
     Raises
     ------
@@ -47,9 +52,9 @@ def read_bending(path: Path, name: str) -> BendingRate:
     if len(x) < FEWEST or np.ptp(x) == 0.0:
         raise UserError(Problem(f"{len(x)} pairs; at least {FEWEST} at different deflections are needed", name))
     away = x - x.mean()
-    rate = float(away @ y / (away @ away))
-    offset = float(y.mean() - rate * x.mean())
-    left = y - offset - rate * x
+    over = y - y.mean()
+    rate = float(away @ over / (away @ away))
+    left = over - rate * away
     if rate <= 0.0:
         text = f"torque falls with deflection (slope {rate:.3g} N*m/rad): one of the two has the wrong sign"
         raise UserError(Problem(text, name, key="torque"))
@@ -57,4 +62,7 @@ def read_bending(path: Path, name: str) -> BendingRate:
         raise UserError(Problem("the pairs lie on no straight line; leave out where the link slips or yields", name))
     deviation = float(np.sqrt(left @ left / (len(x) - 2) / (away @ away)))
     half = float(stdtrit(len(x) - 2, 0.95)) * deviation
-    return BendingRate(rate, (rate - half, rate + half), offset, len(x))
+    inverse = float(over @ over / (away @ over))  # its relative deviation is the same
+    between = float(np.sqrt(rate * inverse))
+    offset = float(y.mean() - between * x.mean())
+    return BendingRate(between, (rate - half, inverse * (1.0 + half / rate)), offset, len(x))

@@ -32,6 +32,7 @@ from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, HopperTolerances
 
 MOST_DESIGNS = 20_000_000  # of a sweep: at 8 000 designs a second and core, 20 minutes on two
 SAME_END = 1e-9  # of a step: rounding of a range that the step divides
+MEASURED_LINK = ("reference_length", "link_mass", "beam_rate", "bending")  # keys of a laminate's link as measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +82,10 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     tolerance, parts = section(ToleranceSection, "tolerance"), section(PartsSection, "parts")
     catalogs = reader.matched(motors.catalogs, ("motors", "catalogs")) if motors is not None else ()
     swept = _lengths(reader, lengths) if lengths is not None else ()
-    laminate = _measured_bending(reader, laminate)
+    if laminate is not None and laminate.links == "strip":
+        _refuse_measured_link(reader)
+    elif laminate is not None:
+        laminate = _measured_bending(reader, laminate)
     whole = _leg(leg, laminate, flexures, swept) if leg and laminate and flexures and swept else None
     if whole is not None:
         _check_pose(reader, whole, swept)
@@ -191,16 +195,23 @@ def _leg(leg: LegSection, laminate: LaminateSection, flexures: FlexureSection, s
     return HopperLeg(length=swept[-1], laminate=made, flexures=Flexures(**vars(flexures)), **values)
 
 
-def _measured_bending(reader: ProjectReader, laminate: LaminateSection | None) -> LaminateSection | None:
+def _refuse_measured_link(reader: ProjectReader) -> None:
+    """Refuse what is written of a measured link beside ``links: strip``, and tell no default of it: none is used."""
+    for name in MEASURED_LINK:
+        if ("laminate", name) in reader.document.lines:
+            text = "belongs to a measured link, but links: strip uses the cross-section; keep one"
+            reader.refuse(text, ("laminate", name))
+    unused = {f"laminate.{name}" for name in MEASURED_LINK}
+    reader.defaults[:] = [default for default in reader.defaults if default.key not in unused]
+
+
+def _measured_bending(reader: ProjectReader, laminate: LaminateSection) -> LaminateSection:
     """The laminate with the bending rate from ``bending:``, a CSV of ``deflection [deg],torque [N*m]``."""
-    if laminate is None or laminate.bending is None:
+    if laminate.bending is None:
         return laminate
     key: Key = ("laminate", "bending")
     if ("laminate", "beam_rate") in reader.document.lines:
         reader.refuse('"beam_rate" and "bending" are both given; keep one', key)
-        return laminate
-    if laminate.links == "strip":
-        reader.refuse("belongs to a measured link, but links: strip uses the cross-section; keep one", key)
         return laminate
     with gathering(reader.problems, reader.document, key):
         path = inside(reader.folder, laminate.bending)

@@ -2,21 +2,22 @@
 
 The output-error method (Ljung, System Identification, 2nd edition 1999, sections 4.3 and 7.4): no noise is in the
 simulation, so that of current and speed biases nothing, as it does where they are regressors (Söderström, Automatica
-43 (2007) 939). Each run's current and speed at its first sample are unknown. Constants that cannot be negative are
-fitted by their logarithms. The noise is estimated from the residuals; their autocorrelation reduces the information.
+43 (2007) 939). Each run's current and speed at its first sample are unknown; of a motor that stood until it was
+switched on before that sample, only the time of the switch-on is. Constants that cannot be negative are fitted by their
+logarithms. The noise is estimated from the residuals; their autocorrelation reduces the information.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.errors import Problem, UserError
 from synth.estimation.correlation import correlation_factors_by_step
-from synth.estimation.intervals import NORMAL90
+from synth.estimation.intervals import NotFiniteError, covariance_of
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Nielsen, minimise
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
 from synth.hopper.motor_response import CONSTANTS, motor_responses
@@ -29,27 +30,66 @@ REWEIGHTED = 8  # repetitions with the noise of the fit before; noise-free recor
 SAME_NOISE = 0.01  # relative change of the noise that ends them
 LEAST_NOISE = 1e-9  # of a column's root mean square: noise of recordings without any
 LEAST_GAIN = 1e-4  # of the cost: a step of 0.014 standard deviations
-SAME_COST = 1e-2  # difference of cost, 0.14 standard deviations, below which two fits are alike
 # Damping from a null direction's rounding to no step at all; hardly damped, a step's predicted gain is what it gains.
 RULE = Nielsen(least=1e-12, most=1e12, settled=1.0, hardly_damped=1e-2)
 SHORTEST = 40.0  # samples over L/R, above which no response shows L: it is within exp(-40) of none
+# The share of a sample since the switch-on is fitted by its logit: 0.5 to begin with, at most 2 a step, and at most 12,
+# which is 6 millionths of a sample from its ends: less than a noise shows, and the slope does not vanish
+MOST_LOGIT, LOGIT_STEP = 12.0, 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class ResponseRun:
-    """``time`` (n,) s, ``voltage`` (n,) V without its noise, ``measured`` (n, 2) current A and rotor speed rad/s."""
+    """``time`` (n,) s, ``voltage`` (n,) V without its noise, ``measured`` (n, 2) current A and rotor speed rad/s.
+
+    ``after_rest`` : s before the first sample, within which the motor was switched on at rest; None: not known to be.
+    """
 
     time: Array
     voltage: Array
     measured: Array
+    after_rest: float | None = None
+
+    @property
+    def first_unknowns(self) -> Array:
+        """(2,) current and speed at the first sample, as measured; (1,) 0 for half the time within ``after_rest``."""
+        return self.measured[0] if self.after_rest is None else np.zeros(1)
+
+    def first_states(self, lanes: Array, unknowns: Array) -> Array:
+        """(2, m) current and speed at the first sample, of constants (6, m) and ``first_unknowns`` (k, m)."""
+        if self.after_rest is None:
+            return unknowns
+        states = np.empty((2, lanes.shape[1]))
+        for lane, logit in enumerate(unknowns[0].tolist()):
+            since = np.array([0.0, self.after_rest / (1.0 + np.exp(-logit))])
+            constants = lanes[:, lane : lane + 1]
+            states[:, lane] = motor_responses(since, np.full(2, self.voltage[0]), constants, np.zeros((2, 1)))[1, :, 0]
+        return states
+
+    def responses(self, lanes: Array, unknowns: Array) -> Array:
+        """(n, 2, m) simulated current and speed of constants (6, m) and ``first_unknowns`` (k, m)."""
+        return motor_responses(self.time, self.voltage, lanes, self.first_states(lanes, unknowns))
+
+    def moved(self, unknowns: Array, step: Array) -> Array:
+        """``first_unknowns`` after a step."""
+        if self.after_rest is None:
+            return np.asarray(unknowns + step)
+        return np.clip(unknowns + np.clip(step, -LOGIT_STEP, LOGIT_STEP), -MOST_LOGIT, MOST_LOGIT)
+
+    @property
+    def scale(self) -> Array:
+        """Size of the ``first_unknowns``, for derivatives."""
+        if self.after_rest is not None:
+            return np.ones(1)
+        return np.asarray(np.maximum(np.sqrt(np.mean(self.measured**2, axis=0)), 1e-300))
 
 
 @dataclass(frozen=True, eq=False)
 class ResponsePoint:
-    """``unknowns`` (6,) of ``ResponseFit``, and each run's initial current and speed, ``starts`` (n_run, 2)."""
+    """``unknowns`` (6,) of ``ResponseFit``, and each run's ``first_unknowns``, ``starts``."""
 
     unknowns: Array
-    starts: Array
+    starts: tuple[Array, ...]
     cost: float = np.inf
 
 
@@ -75,7 +115,7 @@ class ResponseFit(LeastSquares[ResponsePoint]):
         lane = self.constants(point.unknowns[:, None])
         found = []
         for run, start in zip(self.runs, point.starts, strict=True):
-            found.append(run.measured - motor_responses(run.time, run.voltage, lane, start[:, None])[:, :, 0])
+            found.append(run.measured - run.responses(lane, start[:, None])[:, :, 0])
         return found
 
     def evaluate(self, points: Sequence[ResponsePoint]) -> Sequence[ResponsePoint]:
@@ -88,15 +128,14 @@ class ResponseFit(LeastSquares[ResponsePoint]):
 
     def normal(self, point: ResponsePoint) -> ReducedNormal:
         """Normal equations with the initial states eliminated."""
-        count = len(CONSTANTS)
-        shifted = point.unknowns[:, None] + STEP * np.eye(count, count + 3)
-        lanes, parts = self.constants(shifted), []
+        count, parts = len(CONSTANTS), []
         for run, start, deviation in zip(self.runs, point.starts, self.deviation, strict=True):
-            size = STEP * np.maximum(np.sqrt(np.mean(run.measured**2, axis=0)), 1e-300)
-            begun = start[:, None] + np.concatenate([np.zeros((2, count)), np.diag(size), np.zeros((2, 1))], axis=1)
-            out = motor_responses(run.time, run.voltage, lanes, begun)
+            own_count, size = len(start), STEP * run.scale
+            lanes = self.constants(point.unknowns[:, None] + STEP * np.eye(count, count + own_count + 1))
+            begun = start[:, None] + np.diag(size) @ np.eye(own_count, count + own_count + 1, count)
+            out = run.responses(lanes, begun)
             steps = np.concatenate([np.full(count, STEP), size])
-            slopes = ((out[:, :, :-1] - out[:, :, -1:]) / steps / deviation[:, None]).reshape(-1, count + 2)
+            slopes = ((out[:, :, :-1] - out[:, :, -1:]) / steps / deviation[:, None]).reshape(-1, count + own_count)
             left = ((out[:, :, -1] - run.measured) / deviation).ravel()
             common, own = slopes[:, :count], slopes[:, count:]
             parts.append(TrialNormal(common.T @ common, common.T @ own, own.T @ own, common.T @ left, own.T @ left))
@@ -108,7 +147,8 @@ class ResponseFit(LeastSquares[ResponsePoint]):
 
     def moved(self, point: ResponsePoint, step: ParameterStep) -> ResponsePoint:
         """The point after a step."""
-        return ResponsePoint(point.unknowns + step.common, point.starts + np.array(step.own))
+        moved = zip(self.runs, point.starts, step.own, strict=True)
+        return ResponsePoint(point.unknowns + step.common, tuple(run.moved(start, own) for run, start, own in moved))
 
     def least_gain(self, cost: float) -> float:
         """Least gain of a step in standard deviations, not in shares of the cost."""
@@ -146,7 +186,7 @@ def fit_response(runs: Sequence[ResponseRun], near: Array) -> tuple[ResponseFit,
     low[INDUCTANCE], high[INDUCTANCE] = first[0] + np.log([shortest / SHORTEST, longest])
     floor = LEAST_NOISE * np.maximum(whole, 1e-300)
     fit = ResponseFit(tuple(runs), unit, low, high, np.tile(0.01 * np.array(whole), (len(runs), 1)))
-    starts = np.array([run.measured[0] for run in runs])
+    starts = tuple(run.first_unknowns for run in runs)
     points = []
     for guess in (first[INDUCTANCE], *(first[0] + np.log(shortest * np.array([0.1, 1.0, 10.0])))):
         unknowns = first.copy()
@@ -165,45 +205,35 @@ def fit_response(runs: Sequence[ResponseRun], near: Array) -> tuple[ResponseFit,
     return fit, fit.best([best])
 
 
-def inductance_of(fit: ResponseFit, best: ResponsePoint) -> tuple[float, float, float]:
-    """The inductance and its 90 % interval, H, by profile likelihood; from 0 if none at all would do as well.
+def standard_deviations(fit: ResponseFit, point: ResponsePoint, *, inductance_held: bool = False) -> Array:
+    """(6,) standard deviations of the unknowns; of a held inductance 0.
 
-    The response is far from linear in the inductance where L/R is below the time between samples: there only an upper
-    bound is known. Profile likelihood: Pawitan, In All Likelihood, 2001, section 3.4.
+    Raises
+    ------
+    UserError : the simulation diverges near the point.
     """
-    from scipy.optimize import brentq  # imported here: it takes 0.1 s, and only run-ups need it
+    free = [index for index in range(len(CONSTANTS)) if index != INDUCTANCE or not inductance_held]
+    found = np.zeros(len(CONSTANTS))
+    try:
+        found[free] = np.sqrt(np.diag(covariance_of(fit.normal(point).matrix[np.ix_(free, free)])))
+    except NotFiniteError as error:
+        text = "the simulated current and speed diverge near the constants that fit best, so their uncertainty is"
+        raise UserError(Problem(f"{text} unknown. Check the runs' units and signs, and the gear ratio")) from error
+    return found
 
-    at, kept = float(best.unknowns[INDUCTANCE]), [best]
 
-    @cache  # a repeated fit begins at its own end and gets a little lower: a bracket would lose its signs
-    def beyond(unknown: float) -> float:
-        """Standard deviations from the best fit to that with this inductance, less those of the interval's end."""
-        near = min(kept, key=lambda point: abs(float(point.unknowns[INDUCTANCE]) - unknown))
-        unknowns = near.unknowns.copy()
-        unknowns[INDUCTANCE] = unknown
-        kept.append(fit.with_inductance(unknown).best([ResponsePoint(unknowns, near.starts)]))
-        return float(np.sqrt(2.0 * max(kept[-1].cost - best.cost, 0.0)) - NORMAL90)
-
-    information = float(fit.normal(best).matrix[INDUCTANCE, INDUCTANCE])
-    ends = []
-    for bound, way in ((float(fit.low[INDUCTANCE]), -1.0), (float(fit.high[INDUCTANCE]), 1.0)):
-        inside, step = at, 1.0 / np.sqrt(max(information, 1.0))
-        while True:
-            outside = way * min(way * bound, way * at + step)
-            found = beyond(outside)
-            if found > 0.0 or outside == bound:
-                break
-            inside, step = outside, 2.0 * step
-        ends.append(float(brentq(beyond, inside, outside, xtol=0.01 * step)) if found > 0.0 else bound)
-    none = float(fit.low[INDUCTANCE])
-    low = 0.0 if ends[0] <= none else float(np.exp(ends[0]))
-    without = min((point.cost for point in kept if point.unknowns[INDUCTANCE] <= none), default=np.inf)
-    value = 0.0 if without <= best.cost + SAME_COST else float(np.exp(at))
-    return value, low, float(np.exp(ends[1]))
+def moved_by_current(fit: ResponseFit, point: ResponsePoint, shift: float) -> Array:
+    """(6,) change of the unknowns if all currents were larger by ``shift`` A, the inductance held; to first order."""
+    free = [index for index in range(len(CONSTANTS)) if index != INDUCTANCE]
+    runs = tuple(replace(run, measured=run.measured + np.array([shift, 0.0])) for run in fit.runs)
+    here, there = fit.normal(point), replace(fit, runs=runs).normal(point)
+    found = np.zeros(len(CONSTANTS))
+    found[free] = covariance_of(here.matrix[np.ix_(free, free)]) @ (here.gradient - there.gradient)[free]
+    return found
 
 
 def _noise(fit: ResponseFit, point: ResponsePoint) -> Array:
     """(n_run, 2) of current and speed, all runs alike: RMS of all residuals, with half the unknowns taken by each."""
     left = np.concatenate(fit.residuals(point))
-    taken = len(point.unknowns) / 2 + len(point.starts)
+    taken = (len(point.unknowns) + sum(map(len, point.starts))) / 2
     return np.tile(np.sqrt(np.sum(left**2, axis=0) / max(1.0, len(left) - taken)), (len(fit.runs), 1))

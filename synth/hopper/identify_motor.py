@@ -13,18 +13,20 @@ These are the start of a fit of the simulated response, which noise does not bia
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.estimation.intervals import NORMAL90, NotFiniteError, covariance_of
+from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.fit_motor_response import ResponseFit, ResponsePoint, ResponseRun, fit_response, inductance_of
+from synth.hopper.current_zero import CurrentZero, current_zero
+from synth.hopper.fit_motor_response import INDUCTANCE, fit_response, moved_by_current, standard_deviations
+from synth.hopper.inductance_profile import inductance_profile
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
-from synth.hopper.quiet_voltage import driven_pieces
+from synth.hopper.response_runs import response_runs
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running benefits from long ones
@@ -56,7 +58,10 @@ class IdentifiedConstant:
 
 @dataclass(frozen=True)
 class MotorEstimate:
-    """Constants at the rotor, SI; ``not_determined``: what the runs leave open of them, and why."""
+    """Constants at the rotor, SI; ``not_determined``: what the runs leave open of them, and why.
+
+    ``current_zero`` : of the sensor, which is subtracted.
+    """
 
     resistance: IdentifiedConstant
     inductance: IdentifiedConstant
@@ -66,6 +71,7 @@ class MotorEstimate:
     rotor_inertia: IdentifiedConstant
     windows: int
     not_determined: tuple[str, ...] = ()
+    current_zero: CurrentZero = field(default_factory=CurrentZero)
 
 
 def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEstimate:
@@ -76,50 +82,42 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
     UserError : the runs do not determine the constants (a single steady speed, or no run-up), or some or all
         are not of a motor, or its simulation diverges near them.
     """
+    zero = current_zero(runs)
+    runs = tuple(map(zero.subtracted, runs))
     rows = [np.concatenate([_weighted_windows(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
     _refuse_odd_run([run.name for run in runs], rows)
     names, near = [run.name for run in runs], _estimate(np.concatenate(rows))
     _refuse_no_motor(names, near, POSITIVE)
-    found = _by_response(runs, ratio, near)
+    found = _by_response(runs, ratio, near, zero)
     _refuse_no_motor(names, found, ("friction", "viscous"))
     return found
 
 
-def _by_response(runs: Sequence[HopperRecording], ratio: float, near: MotorEstimate) -> MotorEstimate:
-    """Constants from the simulated response, from a start near them."""
-    responses = []
-    for run in runs:
-        measured = np.column_stack([run["current"], ratio * run["speed"]])
-        driven = driven_pieces(run["voltage"])
-        responses += [ResponseRun(run["time"][piece], voltage, measured[piece]) for piece, voltage in driven]
+def _by_response(
+    runs: Sequence[HopperRecording], ratio: float, near: MotorEstimate, zero: CurrentZero
+) -> MotorEstimate:
+    """Constants from the simulated response, from a start near them; their intervals hold the error of ``zero``."""
+    responses = [part for run in runs for part in response_runs(run, ratio)]
     fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
-    values = fit.constants(best.unknowns[:, None])[:, 0]
-    deviations = standard_deviations(fit, best)
-    found: dict[str, IdentifiedConstant] = {}
-    for name, value, deviation, unit in zip(CONSTANTS, values.tolist(), deviations.tolist(), fit.unit, strict=True):
-        if name in ("friction", "viscous"):
-            found[name] = IdentifiedConstant(value, deviation * float(unit))
-        elif name != "inductance":
-            if deviation > UNKNOWN_DEVIATION:
-                text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
-                raise UserError(Problem(f"{text} at several voltages"))
-            ends = value * np.exp(NORMAL90 * deviation * np.array([-1.0, 1.0]))
-            found[name] = IdentifiedConstant(value, value * deviation, (float(ends[0]), float(ends[1])))
-    value, low, high = inductance_of(fit, best)
-    found["inductance"] = IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
+    for name, deviation in zip(CONSTANTS, standard_deviations(fit, best).tolist(), strict=True):
+        if name in POSITIVE and deviation > UNKNOWN_DEVIATION:
+            text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
+            raise UserError(Problem(f"{text} at several voltages"))
+    profile = inductance_profile(fit, best)
+    best, ends = profile.best, profile.ends()
+    moved = NORMAL90 * moved_by_current(fit, best, zero.deviation)[:, None]
+    ends = best.unknowns[:, None] + np.array([-1.0, 1.0]) * np.hypot(ends - best.unknowns[:, None], moved)
+    reach = fit.constants(np.column_stack([best.unknowns, ends]))
+    reach[INDUCTANCE] = (profile.value, *profile.interval)
+    found = {
+        name: IdentifiedConstant(value, (high - low) / (2.0 * NORMAL90), (low, high))
+        for name, (value, low, high) in zip(CONSTANTS, reach.tolist(), strict=True)
+    }
+    low, high = profile.interval
     text = f"inductance: the runs show only that it is below {1e3 * high:.3g} mH; record more samples a second"
-    return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,))
-
-
-def standard_deviations(fit: ResponseFit, best: ResponsePoint) -> Array:
-    """(6,) standard deviations of the unknowns."""
-    try:
-        return np.asarray(np.sqrt(np.diag(covariance_of(fit.normal(best).matrix))))
-    except NotFiniteError as error:
-        text = "the simulated current and speed diverge near the constants that fit best, so their uncertainty is"
-        raise UserError(Problem(f"{text} unknown. Check the runs' units and signs, and the gear ratio")) from error
+    return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,), current_zero=zero)
 
 
 def _weighted_windows(run: HopperRecording, ratio: float, width: float) -> Array:

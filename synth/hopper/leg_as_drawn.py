@@ -1,9 +1,9 @@
 """The chosen leg as drawn: the film's strain limit makes hinges longer and softer, and its links are flat strips.
 
-The models have one rate for all five joints, the drawn hinges three. The leg is simulated with the single rate that
-stores the same energy between crouch and full extension as the drawn ones; this energy determines the speed at the
-end of the stroke, apart from the timing of its release. The links have mass and bending stiffness of a flat strip of
-the laminate, which a link measured elsewhere (a folded beam, another laminate) need not have.
+A project has one rate for all five joints, the drawn hinges three, with which the leg is simulated. No single rate
+stands for them: the knees give energy to the stroke while hips and foot may take it. The smallest of the three can be
+drawn at every joint. The links have mass and bending stiffness of a flat strip of the laminate, which a link measured
+elsewhere (a folded beam, another laminate) need not have.
 """
 
 from __future__ import annotations
@@ -12,30 +12,33 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from synth.arrays import Array
 from synth.hopper.study import Study
-from synth.jump.hopper_leg import HopperLeg, Laminate
-from synth.jump.jump_models import MODELS
-from synth.jump.jump_runs import simulate
+from synth.jump.hopper_leg import Bending, Laminate
+from synth.jump.jump_layout import LAYOUTS
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import outcome_of
 from synth.units import quantity
 
-SOFTER = 0.98  # of the simulated rate: above it the simulated jump is valid
-LEAST_ENERGY = 1e-3  # of the energy in the joints: with a smaller total no single rate is equivalent
+SOFTER = 0.98  # of the simulated rate: where every joint is above it, the simulated jump is valid
 SAME_LINK = 1.25  # a quarter of its mass or stiffness: more than a laminate's scatter
-JOINTS = {"hip": 2, "knee": 2, "foot": 1}  # hinges of each kind in the two-sided five-bar, which meets in one foot
+JOINTS = ("hip", "knee", "foot")
 
 
 @dataclass(frozen=True)
 class LegAsDrawn:
     """The leg as drawn beside the simulated one.
 
-    ``rates`` (N m/rad) by joint and the equivalent single ``rate``; ``softer``: it is below the simulated one.
+    ``rates`` (N m/rad) by joint; ``softer``: one is below the simulated rate.
     ``links``: mass per length (kg/m) and bending stiffness (N m^2) as drawn, a flat strip, and ``links_simulated``.
     ``total_mass`` kg as drawn. ``clearance`` m with flexures and links as drawn, ``flexures_alone`` with the simulated
     links, ``simulated`` without either.
     """
 
     rates: Mapping[str, float]
-    rate: float
     softer: bool
     links: tuple[float, float]
     links_simulated: tuple[float, float]
@@ -54,7 +57,8 @@ class LegAsDrawn:
         what = f"links as drawn ({strip} instead of {own}; the leg weighs {1e3 * self.total_mass:.1f} g)"
         alone = ""
         if self.softer:
-            what = f"flexures (equivalent to {self.rate:.3g} N*m/rad for {', '.join(self.rates)}) and {what}"
+            each = ", ".join(f"{name} {rate:.3g}" for name, rate in self.rates.items())
+            what = f"flexures ({each} N*m/rad) and {what}"
             alone = f"; with its flexures alone as drawn {self.flexures_alone * 100:.1f} cm"
         return (
             f"with its {what} the leg clears {self.clearance * 100:.1f} cm instead of {self.simulated * 100:.1f} cm "
@@ -65,7 +69,7 @@ class LegAsDrawn:
         """The entry ``as_drawn`` under ``parts`` in ``hopper.json``."""
         flexures = {
             "flexure_rates": {name: quantity(rate, "N*m/rad") for name, rate in self.rates.items()},
-            "equivalent_rate": quantity(self.rate, "N*m/rad"),
+            "rate_for_all_joints": quantity(min(self.rates.values()), "N*m/rad"),
             "clearance_flexures_alone": quantity(self.flexures_alone, "cm"),
         }
         return {
@@ -100,46 +104,27 @@ def leg_as_drawn(found: Study, gaps: Mapping[str, float], gap: float) -> LegAsDr
     """
     leg, motor = found.best_leg, found.best_motor
     rates = {name: leg.flexures.rate * gap / gaps[name] for name in JOINTS}
-    rate = equivalent_rate(leg, rates)
-    softer, laminate = rate < SOFTER * leg.flexures.rate, leg.laminate
+    softer, laminate = min(rates.values()) < SOFTER * leg.flexures.rate, leg.laminate
     if not (softer or links_differ(laminate)):
         return None
     chosen = MODELS[found.project.model]
     model = chosen if chosen.engine == "lanes" else MODELS["A"]
     links = laminate.strip_mass_per_length, laminate.strip_bending_stiffness
     strip = replace(laminate, mass_per_length=links[0], bending_stiffness=links[1])
-    alone = replace(leg, flexures=replace(leg.flexures, rate=rate if softer else leg.flexures.rate))
-    drawn = replace(alone, laminate=strip)
-    before, between, after = simulate(
-        [(leg, motor), (alone, motor), (drawn, motor)], found.sweep.problem.contact, model
-    )
+    drawn, contact = replace(leg, laminate=strip), found.sweep.problem.contact
+    simulated = lane(leg, motor, contact, model)
+    alone, both = (with_hinges(lane(one, motor, contact, model), leg.bending, rates) for one in (leg, drawn))
+    lanes = np.column_stack([simulated, alone if softer else simulated, both])
+    before, between, after = map(outcome_of, compiled_jump(leg.bending).run(lanes).T)
     return LegAsDrawn(
-        rates, rate, softer, links, (laminate.mass_per_length, laminate.bending_stiffness), drawn.total_mass(motor),
+        rates, softer, links, (laminate.mass_per_length, laminate.bending_stiffness), drawn.total_mass(motor),
         after.clearance, between.clearance, before.clearance, model.name,
     )  # fmt: skip
 
 
-def equivalent_rate(leg: HopperLeg, rates: Mapping[str, float]) -> float:
-    """The single rate (N m/rad) with the energy of these between the crouch and full extension.
-
-    Joint i with rate k_i takes ``1/2 k_i (d_i1^2 - d_i0^2)``, d its angle from rest; hips and knees count twice.
-    """
-    start, end = _deflections(leg, leg.start), _deflections(leg, leg.extended)
-    shares = {name: count * (end[name] ** 2 - start[name] ** 2) for name, count in JOINTS.items()}
-    total = sum(shares.values())
-    stored = sum(count * (end[name] ** 2 + start[name] ** 2) for name, count in JOINTS.items())
-    if abs(total) < LEAST_ENERGY * stored:
-        return sum(JOINTS[name] * rates[name] for name in JOINTS) / sum(
-            JOINTS.values()
-        )  # as much energy returned as stored
-    return sum(rates[name] * share for name, share in shares.items()) / total
-
-
-def _deflections(leg: HopperLeg, upper: float) -> dict[str, float]:
-    """Distance (rad) of each joint from rest at an upper link's angle."""
-    lower, rest = leg.lower_angle(upper), leg.flexures
-    return {
-        "hip": upper - rest.hip_rest,
-        "knee": upper + lower - rest.knee_rest,
-        "foot": 2.0 * lower - rest.foot_rest,
-    }
+def with_hinges(parameters: Array, bending: Bending, rates: Mapping[str, float]) -> Array:
+    """A lane (n_row,) of ``jump_models.lane`` with ``rates`` N m/rad by joint, each of ``JOINTS``."""
+    found = parameters.copy()
+    for name in JOINTS:
+        found[LAYOUTS[bending].row(f"{name}_rate")] = rates[name]
+    return found

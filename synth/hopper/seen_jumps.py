@@ -1,9 +1,10 @@
 """Jump height from a video's CSV and current from a meter's, compared with each model's prediction.
 
 A video follows one point, the hips or the foot, whose height is relative to its initial level. A foot's is the
-clearance. A meter logs the total current of both motors: its peak, and the charge until the current has finally fallen
-to a tenth of the peak. The motors often stay on in flight, and after it; a model's peak and charge are those of as many
-seconds with its motors on.
+clearance. A meter logs the total current of both motors, beside which it may show that of other electronics, or an
+offset: what it shows before the push is subtracted. Of the rest the peak is taken, and the charge until the current has
+finally fallen to a tenth of the peak. The motors often stay on in flight, and after it; a model's peak and charge are
+those of as many seconds with its motors on.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ def rise_of_point(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[
 def push_current(
     name: str, time: np.ndarray[Any, np.dtype[np.float64]], current: np.ndarray[Any, np.dtype[np.float64]]
 ) -> tuple[float, float, float]:
-    """Peak current, A, the charge while the motors are on, A s, and for how long they are, s.
+    """The motors' peak current, A, their charge while they are on, A s, and for how long they are, s.
 
     Raises
     ------
@@ -148,4 +149,4 @@ def push_current(
     on = np.flatnonzero(drawn > IDLE * peak)
     push = slice(int(on[0]), int(on[-1]) + 1)
     on_for = float(time[on[-1]] - time[on[0]])
-    return peak + idle, float(np.trapezoid(current[push], time[push])), on_for
+    return peak, float(np.trapezoid(drawn[push], time[push])), on_for

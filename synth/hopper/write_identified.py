@@ -31,6 +31,7 @@ def _estimate(found: IdentifiedConstant, unit: str) -> dict[str, Any]:
 
 def motor_json(found: MotorEstimate) -> dict[str, Any]:
     """Constants at the rotor with intervals."""
+    zero = found.current_zero
     return {
         "motor": {
             "resistance": _estimate(found.resistance, "ohm"),
@@ -41,6 +42,9 @@ def motor_json(found: MotorEstimate) -> dict[str, Any]:
             "rotor_inertia": _estimate(found.rotor_inertia, "kg*m^2"),
         },
         "windows": found.windows,
+        **(
+            {"current_zero": quantity(zero.value, "A", zero.interval90), "notes": [zero.sentence]} if zero.value else {}
+        ),
         **({"not_determined": list(found.not_determined)} if found.not_determined else {}),
     }
 
@@ -125,6 +129,7 @@ def lines(result: dict[str, Any]) -> list[str]:
         shown += [_line(f"steady {name}", value) for name, value in steady.get("motor", {}).items()]
         left_open = [*result.get("not_determined", []), *steady.get("not_determined", [])]
         shown += [f"not determined: {text}" for text in left_open]
+        shown += [f"note: {text}" for text in result.get("notes", [])]
         return [*shown, *(f"in a design: {text}" for text in result.get("design", []))]
     if "joint_damping" in result:
         each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]

@@ -117,7 +117,8 @@ class JumpLanes:
         mass = self._geometry(z)
         self._drive(z)
         for name, values in (
-            ("flexure", self.flexure_rate), ("joint_damping", self.joint_damping), ("hip_rest", self.hip_rest),
+            *((f"{joint}_rate", self.flexure_rate) for joint in ("hip", "knee", "foot")),
+            ("joint_damping", self.joint_damping), ("hip_rest", self.hip_rest),
             ("knee_rest", self.knee_rest), ("foot_rest", self.foot_rest), ("stop", self.extended),
             ("stop_rate", self.stop_rate), ("stop_dissipation", self.stop_dissipation), ("gravity", self.gravity),
             ("contact_stiffness", self.contact_stiffness), ("contact_damping", self.contact_damping),

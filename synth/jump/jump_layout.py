@@ -32,7 +32,8 @@ class JumpLayout:
             # parameters
             "alive": 1, "length": n, "inertia": n * (n + 1) // 2, "moment": n,
             "mass": 1, "half_spacing": 1, "gravity": 1,
-            "beam": n - 1, "flexure": 1, "joint_damping": 1, "hip_rest": 1, "knee_rest": 1, "foot_rest": 1,
+            "beam": n - 1, "hip_rate": 1, "knee_rate": 1, "foot_rate": 1, "joint_damping": 1,
+            "hip_rest": 1, "knee_rest": 1, "foot_rest": 1,
             "stop": 1, "stop_rate": 1, "stop_dissipation": 1,
             "linear_torque": 1, "torque_slope": 1, "linear_current": 1, "current_slope": 1,
             "voltage": 1, "resistance": 1, "inverse_inductance": 1, "back_emf": 1, "torque_constant": 1,

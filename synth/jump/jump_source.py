@@ -118,7 +118,7 @@ def _forces(layout: JumpLayout) -> list[str]:
     def z(block: str, index: int = 0) -> str:
         return f"Z[{layout.row(block, index)}, l]"
 
-    lines = [f"g = {z('gravity')}", f"m = {z('mass')}", f"flexure = {z('flexure')}", f"b = {z('joint_damping')}"]
+    lines = [f"g = {z('gravity')}", f"m = {z('mass')}", f"b = {z('joint_damping')}"]
     lines += [f"G{i} = {z('moment', i)}" for i in range(n)]
     for i in range(n):
         lines.append(f"m{i}{i} = Z[{layout.inertia_row(i, i)}, l]")
@@ -132,10 +132,10 @@ def _forces(layout: JumpLayout) -> list[str]:
         lines.append(f"f{i} = (half_normal * length{i} - g * G{i}) * s{i}{terms}")
     fold = f"p{knee - 1} - p{knee}"
     lines += [
-        f"hip = flexure * (p0 - {z('hip_rest')}) + b * w0",
-        f"fold = flexure * ({fold} - {z('knee_rest')}) + b * (w{knee - 1} - w{knee})",
+        f"hip = {z('hip_rate')} * (p0 - {z('hip_rest')}) + b * w0",
+        f"fold = {z('knee_rate')} * ({fold} - {z('knee_rest')}) + b * (w{knee - 1} - w{knee})",
         # the foot's joint turns twice as far as one lower link, and its torque acts on each of them
-        f"spread = flexure * (-2.0 * p{last} - {z('foot_rest')}) - 2.0 * b * w{last}",
+        f"spread = {z('foot_rate')} * (-2.0 * p{last} - {z('foot_rest')}) - 2.0 * b * w{last}",
         f"past = max(0.0, {z('stop')} - p0)",
         f"stopping = {z('stop_rate')} * past * max(0.0, 1.0 - {z('stop_dissipation')} * w0)",
         "f0 = f0 - hip + stopping",

@@ -30,10 +30,11 @@ _options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 # Scalars of a planar jump, in the order in which they are passed.
 SCALARS = (
-    "half_spacing", "gravity", "flexure", "joint_damping", "hip_rest", "knee_rest", "foot_rest", "stop", "stop_rate",
+    "half_spacing", "gravity", "hip_rate", "joint_damping", "hip_rest", "knee_rest", "foot_rest", "stop", "stop_rate",
     "stop_dissipation", "linear_torque", "torque_slope", "linear_current", "current_slope", "voltage", "resistance",
     "inverse_inductance", "back_emf", "torque_constant", "rotor_inertia", "friction", "viscous", "driving", "braking",
     "reverse_speed", "contact_stiffness", "contact_damping", "contact_dissipation", "may_pull",
+    "knee_rate", "foot_rate",
 )  # fmt: skip
 
 
@@ -72,7 +73,8 @@ def _eliminate(K, f):  # type: ignore[no-untyped-def]
 @compiled_when_called(**_options)
 def _accelerations(q, v, current, lengths, masses, beams, body, ground, p, foot_mass):  # type: ignore[no-untyped-def]
     """Accelerations (n,), winding slopes, drawn currents and gear torques (2,), normal and friction force, foot."""
-    half, gravity, k, b, hip_rest, knee_rest, foot_rest = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    half, gravity, b, hip_rest, knee_rest, foot_rest = p[0], p[1], p[3], p[4], p[5], p[6]
+    hip_rate, knee_rate, foot_rate = p[2], p[29], p[30]
     m_side = len(lengths)
     knee = int(ground[2])
     n = 3 + 2 * m_side
@@ -138,13 +140,13 @@ def _accelerations(q, v, current, lengths, masses, beams, body, ground, p, foot_
     for side in range(2):
         out = 1.0 if side == 0 else -1.0
         h = 3 + side * m_side
-        torque = k * (out * (q[h] - q[2]) - hip_rest) + b * out * (v[h] - v[2])
+        torque = hip_rate * (out * (q[h] - q[2]) - hip_rest) + b * out * (v[h] - v[2])
         past = max(0.0, p[7] - out * (q[h] - q[2]))
         torque -= p[8] * past * max(0.0, 1.0 - p[9] * out * (v[h] - v[2]))
         f[h, 0] -= out * torque
         f[2, 0] += out * torque
         u, w = h + knee - 1, h + knee
-        torque = k * (out * (q[u] - q[w]) - knee_rest) + b * out * (v[u] - v[w])
+        torque = knee_rate * (out * (q[u] - q[w]) - knee_rest) + b * out * (v[u] - v[w])
         f[u, 0] -= out * torque
         f[w, 0] += out * torque
         for i in range(m_side - 1):
@@ -153,7 +155,7 @@ def _accelerations(q, v, current, lengths, masses, beams, body, ground, p, foot_
                 f[h + i, 0] += torque
                 f[h + i + 1, 0] -= torque
     right, left = 3 + m_side - 1, 3 + 2 * m_side - 1
-    torque = k * (q[left] - q[right] - foot_rest) + b * (v[left] - v[right])
+    torque = foot_rate * (q[left] - q[right] - foot_rest) + b * (v[left] - v[right])
     f[left, 0] -= torque
     f[right, 0] += torque
     # closure

@@ -14,8 +14,8 @@ from synth.arrays import Array
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.hopper_recordings import HopperRecording
-from synth.hopper.fit_motor_response import ResponseRun, fit_response
-from synth.hopper.identify_motor import MotorEstimate, identify_motor, standard_deviations
+from synth.hopper.fit_motor_response import ResponseRun, fit_response, standard_deviations
+from synth.hopper.identify_motor import MotorEstimate, identify_motor
 from synth.hopper.motor_response import CONSTANTS, motor_responses
 from synth.hopper.quiet_voltage import pieces, quiet_voltage
 from synth.hopper.write_identified import lines, motor_json

@@ -52,7 +52,8 @@ HOPPER = {
     "map.feasible[]": "Whether each point's design leaves the ground within its limits.",
     "map.total_height_m[]": "Total height at each point, m.",
     "parts.as_drawn.flexure_rates.NAME": "Torque per angle of the flexures as drawn.",
-    "parts.as_drawn.NAME": "As drawn; `clearance_flexures_alone`: with the simulated links.",
+    "parts.as_drawn.NAME": "As drawn; `clearance_flexures_alone`: with the simulated links; "
+    "`rate_for_all_joints`: the largest flexure rate that can be drawn at every joint.",
     "parts.dimensions.NAME": "Dimensions of the laminate parts.",
     "parts.files": "Files of the parts.",
     "parts.layers[].NAME": "A layer to cut: name, file, material, thickness, outlines.",
