@@ -7,7 +7,7 @@ the number of recordings, not quadratically.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -59,19 +59,47 @@ SteppedAssessment = Assessment[SteppedHypothesis]
 
 
 @dataclass(frozen=True)
+class OddRecording:
+    """A recording that most of the misfit comes from.
+
+    ``left`` : misfit of the others without it, ``whole`` : of all, both in noise floors, with the causes ``by``.
+    ``further`` : causes beside these with which all recordings are explained as well as the others are without it;
+    ``together`` : the misfit of all then. Empty: none is known, and the recording contradicts the others.
+    """
+
+    name: str
+    left: float
+    whole: float
+    by: str
+    further: str = ""
+    together: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """What to do with it, and why."""
+        left, whole, together = (significant(each, 2) for each in (self.left, self.whole, self.together))
+        alone = f"{f'with {self.by} ' if self.by else ''}their error is {left} times the noise without it, and {whole}"
+        if self.further:
+            text = f"{self.name} alone shows a further cause, or contradicts the others: {alone} times with it; with "
+            return f"{text}{self.further} too it is {together} times for all. Record another motion like this one"
+        text = f"{self.name} contradicts the others: {alone} times with it. "
+        return f"{text}Check it first (its start, its rest position, what was different then)"
+
+
+@dataclass(frozen=True)
 class VerdictDependence:
     """The recordings that the verdict depends on.
 
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
-    those that may change it by the closed form and were not refitted. ``odd`` : (name, misfit of the others without
-    it, misfit of all, both in noise floors, explanation that leaves the former) of a recording that most of the misfit
-    comes from. ``of`` : number of recordings; ``against`` : of those without which the verdict has none of its causes.
+    those that may change it by the closed form and were not refitted. ``odd`` : a recording that most of the misfit
+    comes from, if any. ``of`` : number of recordings; ``against`` : of those without which the verdict has none of its
+    causes.
     ``whole`` : the verdict with all of them, before these doubts make it less sure.
     """
 
     turned: tuple[tuple[str, str], ...] = ()
     open: tuple[str, ...] = ()
-    odd: tuple[tuple[str, float, float, str], ...] = ()
+    odd: tuple[OddRecording, ...] = ()
     of: int = 0
     against: int = 0
     whole: str = ""
@@ -100,13 +128,7 @@ class VerdictDependence:
                 f"the verdict may also depend on {names}: this is a first-order estimate, since only the most "
                 "influential recordings were left out one by one. So many indicate nearly tied explanations"
             )
-        said += [
-            f"{name} contradicts the others: {f'with {by} ' if by else ''}their error is {significant(left, 2)} times "
-            f"the noise without it, and {significant(whole, 2)} times with it. Check it first (its start, its rest "
-            "position, what was different then)"
-            for name, left, whole, by in self.odd
-            if name not in [turning for turning, _ in self.turned]
-        ]
+        said += [each.text for each in self.odd if each.name not in [turning for turning, _ in self.turned]]
         return tuple(said)
 
 
@@ -147,7 +169,7 @@ def verdict_dependence(
             against += not _shares_a_cause(judged, anew)
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
     tried = [judged.accepted] if judged.verdict in ("effect", "tie") else [found.none, *found.singles]
-    odd = _odd_recording(bench, [(item, steps.get(id(item))) for item in tried])
+    odd = _odd_recording(bench, [(item, steps.get(id(item))) for item in tried], found.several)
     names = tuple(bench.trials[i].recording.name for i in left)
     return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against, _whole_words(judged))
 
@@ -155,11 +177,13 @@ def verdict_dependence(
 def _odd_recording(
     bench: Workbench,
     tried: Sequence[tuple[Assessment[EvaluatedHypothesis], Sequence[SteppedAssessment] | None]],
-) -> tuple[tuple[str, float, float, str], ...]:
+    several: Sequence[Assessment[EvaluatedHypothesis]],
+) -> tuple[OddRecording, ...]:
     """The recording without which the misfit of the others falls below ``ODD_SHARE`` of what it was, by a new fit.
 
     ``tried`` : explanations, with their steps without each recording if known. Where none of them explains all, one of
-    them may explain the others: a forgotten tip mass hides a friction.
+    them may explain the others: a forgotten tip mass hides a friction. ``several`` : sets of causes, of which one may
+    explain all: a drive's limit acts in the hardest recording alone.
     """
     whole = min(item.ratio for item, _ in tried)
     if whole < LEAST_ODD_MISFIT:
@@ -172,8 +196,17 @@ def _odd_recording(
     (again,) = _refit_without(bench, [steps[place][out]], out)
     if again.ratio > ODD_SHARE * whole:
         return ()
-    by = " and ".join(f"{effect} ({at})" for effect, at in tried[place][0].keys)
-    return ((bench.trials[out].recording.name, again.ratio, whole, by),)
+    own, name = tried[place][0].keys, bench.trials[out].recording.name
+    wider = [item for item in several if {*own} < {*item.keys} and item.ratio <= again.ratio]
+    odd = OddRecording(name, again.ratio, whole, _words(own))
+    if not wider:
+        return (odd,)
+    best = min(wider, key=lambda item: item.cost)
+    return (replace(odd, further=_words([key for key in best.keys if key not in own]), together=best.ratio),)
+
+
+def _words(keys: Iterable[tuple[str, str]]) -> str:
+    return " and ".join(f"{effect} ({at})" for effect, at in keys)
 
 
 def _weight_without(judged: Judgement[EvaluatedHypothesis], again: Judgement[F]) -> float:
@@ -259,8 +292,11 @@ def _verdict_words(judged: Judgement[F]) -> str:
         return "the missing effect would be unknown" if judged.unknown > SURE_WEIGHT else ""
     if judged.verdict == "none":
         return "no effect would be missing" if judged.none > SURE_WEIGHT else ""
-    names = " and ".join(f"{effect} ({place})" for effect, place in judged.accepted.keys)
-    return f"it would be {names}" if judged.weighed[0][1] > SURE_WEIGHT and judged.unknown < 1.0 - SURE_WEIGHT else ""
+    return (
+        f"it would be {_words(judged.accepted.keys)}"
+        if judged.weighed[0][1] > SURE_WEIGHT and judged.unknown < 1.0 - SURE_WEIGHT
+        else ""
+    )
 
 
 def _whole_words(judged: Judgement[F]) -> str:
@@ -269,9 +305,7 @@ def _whole_words(judged: Judgement[F]) -> str:
         return "the missing effect is unknown"
     if judged.verdict == "none":
         return "no effect is missing"
-    either = [
-        " and ".join(f"{effect} ({place})" for effect, place in item.keys) for item in (judged.accepted, *judged.tied)
-    ]
+    either = [_words(item.keys) for item in (judged.accepted, *judged.tied)]
     return f"it would be {' or '.join(either)}"
 
 

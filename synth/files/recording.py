@@ -16,7 +16,7 @@ from synth.errors import Problem, UserError, did_you_mean
 from synth.files import drive_columns
 from synth.files.csv_table import CsvTable, in_si, read_table
 from synth.files.recordings_together import ANOTHER_UNIT, IN_CODE, IN_HEADER, clock_fault, fitting_unit
-from synth.files.turns import WIDEST, unusual_travel, unwrapped, usual_angle, widest
+from synth.files.turns import WIDEST, far_command, unusual_travel, unwrapped, usual_angle, widest
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
@@ -257,10 +257,23 @@ def _angle_problems(columns: Columns, leg: Leg, angles: Array) -> list[Problem]:
             row = int(np.nanargmax(size > limit))
             stated = joint.range if limit > WIDEST else None
             problems.append(_too_wide(columns, joint.name, angles[row, index], row, stated))
-    if problems:
+    if problems := problems + _command_problems(columns, leg):
         return problems
     in_degrees = all(_is_degrees(columns.units[joint.name]) for joint in leg.joints)
     return _radians_as_degrees(columns, leg, angles) if in_degrees else []
+
+
+def _command_problems(columns: Columns, leg: Leg) -> list[Problem]:
+    """Commands to where no joint is: counts taken for degrees, or degrees for radians, made another servo of it."""
+    problems = []
+    for joint in leg.joints:
+        name = f"{joint.name} command"
+        command = columns.values.get(name)
+        row = None if command is None else far_command(joint, command)
+        if command is not None and row is not None:
+            stated = joint.range if widest(joint) > WIDEST else None
+            problems.append(_too_wide(columns, name, float(command[row]), row, stated))
+    return problems
 
 
 def _between_samples(columns: Columns, leg: Leg, angles: Array, torques: Array) -> tuple[Array, list[Problem]]:

@@ -31,6 +31,7 @@ from synth.files.trial_list import (
     trials_together,
     turned_back,
 )
+from synth.files.turns import far_command, widest
 from synth.files.validate import check_part, gathering, raise_if_any
 from synth.files.yaml_lines import Document
 from synth.swing.leg_model import Leg
@@ -240,4 +241,18 @@ def _signal_problems(signals: object, leg: Leg, name: str) -> list[Problem]:
             problems.append(Problem("holds something that is no finite number", name, key=f"signals.{key}"))
     if not problems and (np.diff(signals.time) <= 0.0).any():
         problems.append(Problem("time must increase from sample to sample", name, key="signals.time"))
+    return problems or _far_commands(signals, leg, name)
+
+
+def _far_commands(signals: ServoSignals, leg: Leg, name: str) -> list[Problem]:
+    """Commands beyond what the joints' recordings may hold."""
+    problems = []
+    for j, joint in enumerate(leg.joints):
+        row = far_command(joint, signals.command[:, j])
+        if row is not None:
+            text = (
+                f"{signals.command[row, j]:g} rad is beyond the joint's travel, {widest(joint):.3g} rad; if these are "
+            )
+            text += "degrees, write numpy.radians(...); if the joint does turn so far, give it a range in the leg"
+            problems.append(Problem(text, name, key=f"signals.command[{row}, {j}] ({joint.name})"))
     return problems

@@ -79,6 +79,12 @@ def widest(joint: Joint) -> float:
     return max([WIDEST, *(abs(end) + YIELDING for end in joint.range or ())])
 
 
+def far_command(joint: Joint, command: Array) -> int | None:
+    """Index of the first command (m,) rad beyond what a recording of the joint may hold; None if there is none."""
+    beyond = np.abs(command) > widest(joint)
+    return int(beyond.argmax()) if beyond.any() else None
+
+
 def unusual_travel(joint: Joint, angle: Array) -> float:
     """What readings (n,) rad of the joint cover, rad, where that is more than it is known to do; else 0.
 

@@ -90,6 +90,22 @@ def test_an_accepted_cause_that_is_not_among_the_heaviest_is_asked_too() -> None
     assert influence.verdict_dependence(bench, found, apart, CALIBRATED).odd == ()
 
 
+def test_a_recording_that_alone_shows_a_further_cause_is_not_said_to_contradict() -> None:
+    """Of two drives whose current is limited only the hardest steps showed the second limit: "check it first"."""
+    bench, found = assessed_of(with_effects(off(TWO, 4), FRICTION), (2,), "coulomb_friction")
+    slipped = replace(bench.trials[1], measured=bench.trials[1].measured + np.array([0.0, 0.12]))
+    bench = replace(bench, trials=(bench.trials[0], slipped, *bench.trials[2:]))
+    (fit,) = refine(bench, bench.evaluate([found.singles[0].fit.start_at()]))
+    single = Assessment(fit, fit.cost, rms_over_noise(bench, fit))
+    (alone,) = influence._odd_recording(bench, [(single, None)], ())
+    assert alone.text.startswith(f"{slipped.recording.name} contradicts the others: with coulomb_friction (hip) their ")
+    knee = next(each for each in FOUND if each.key == ("latency", "knee"))
+    for ratio, told in ((alone.left, "with latency (knee) too it is 1 times"), (1.5 * alone.left, "Check it first")):
+        both = Assessment(fit.beside([knee], [knee.starts()[0]]), fit.cost, ratio)
+        (odd,) = influence._odd_recording(bench, [(single, None)], (both,))
+        assert told in odd.text, odd.text
+
+
 def test_one_step_without_a_recording_determines_a_shape_as_a_fit_without_it() -> None:
     """One of four slipped: without it the residuals are small, and the shape is determined far better."""
     built = with_effects(off(TWO, 4), {"hip": {"quadratic_damping": {"coefficient": 0.05}}})

@@ -13,6 +13,7 @@ from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.coverage import torque_findings
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+from synth.drives.servo import Servo
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.swing.chain import simulate
@@ -84,6 +85,23 @@ def test_an_inverted_command_is_named() -> None:
     (finding,) = found(ARM, turned)
     assert finding.text.startswith("the column knee or the column knee command looks inverted")
     assert "knee command about the joint's zero" in finding.remedy
+
+
+def with_commands(trial: Trial, factor: float) -> Trial:
+    assert trial.signals is not None
+    return replace(trial, signals=replace(trial.signals, command=factor * trial.signals.command))
+
+
+def test_a_command_in_the_other_unit_is_named() -> None:
+    """The angle alone was blamed, with the advice to write the unit that its header has."""
+    assert found(ARM, driven(ARM, 1)) == []
+    (limited,) = found(ARM, [with_commands(trial, np.radians(1.0)) for trial in driven(ARM, 1)])
+    assert limited.text.startswith("the commands of knee look like radians labelled degrees")
+    assert limited.remedy == "correct the unit in the header: knee command [rad]"
+    free = ARM.with_joints(knee={"drive": Servo(gain=20.0, damping_gain=0.5)})  # nothing limits it: angles are in ratio
+    (either,) = found(free, [with_commands(trial, np.radians(1.0)) for trial in driven(free, 1)])
+    assert "degrees labelled radians, or their commands like radians labelled degrees" in either.text
+    assert either.remedy.endswith("knee [deg], or else knee command [rad]")
 
 
 def test_of_a_free_joint_the_sign_is_turned() -> None:

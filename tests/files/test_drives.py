@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ from synth.drives.motor import GearedMotor
 from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
+from synth.files.made_in_code import in_code
 from synth.files.recording import read_recording
+from synth.files.trial_in_code import checked_trials
 from synth.files.trial_list import read_trials
 from synth.rehearsal.servo_columns import drive_inputs
 
@@ -203,6 +206,33 @@ def test_mistakes_of_driven_columns(tmp_path: Path, header: str, words: str) -> 
     row = ",".join(["{t}", *["{k}"] * header.count(",")])
     with pytest.raises(UserError, match=words):
         read_recording(trial(tmp_path, header, row), leg)
+
+
+@pytest.mark.parametrize(("command", "refused"), [("395", False), ("2048", True), ("-2048", True)])
+def test_a_command_beyond_any_joint_is_refused(tmp_path: Path, command: str, refused: bool) -> None:
+    """Counts taken for degrees: an ideal servo had an error of 1900 deg, explained by a spring that is not there."""
+    leg = read_leg(leg_file(tmp_path, "{kind: servo, gain: 20 N*m/rad}"))
+    path = trial(tmp_path, "time [s],arm [deg],arm command [deg]", "{t},{k}," + command)
+    if not refused:
+        (made,) = read_trials([path.name], tmp_path, leg)
+        assert made.signals is not None
+        assert np.degrees(made.signals.command).max() == pytest.approx(395.0)
+        return
+    with pytest.raises(
+        UserError, match=rf"arm command \[deg\]: {command} deg is beyond any joint's travel.*counts: 4096"
+    ):
+        read_recording(path, leg)
+
+
+def test_a_command_made_in_code_that_is_beyond_any_joint_is_refused(tmp_path: Path) -> None:
+    leg = read_leg(leg_file(tmp_path, "{kind: servo, gain: 20 N*m/rad}"))
+    path = trial(tmp_path, "time [s],arm [deg],arm command [deg]", "{t},{k},20")
+    (made,) = read_trials([path.name], tmp_path, leg)
+    assert made.signals is not None
+    far = replace(made, signals=replace(made.signals, command=np.full_like(made.signals.command, 20.0)))
+    assert checked_trials([made], leg, in_code(tmp_path))
+    with pytest.raises(UserError, match=r"signals.command\[0, 0\].*: 20 rad is beyond the joint's travel, 6.98 rad"):
+        checked_trials([far], leg, in_code(tmp_path))
 
 
 def test_a_drive_that_is_off_needs_no_column_of_it(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from synth.diagnosis.score import score
 from synth.diagnosis.workbench import Workbench
 from synth.drives.servo import Servo
 from synth.errors import UserError
-from synth.files.turns import widest
+from synth.files.turns import far_command, widest
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
 from synth.units import significant
@@ -49,7 +49,8 @@ class _ColumnChange:
 
     ``joints`` : two, whose angles are exchanged, or one, of which ``angle`` and ``inputs`` (known torque, command or
     voltage) are inverted. ``either`` : what is meant where this change and that of the other column fit alike.
-    ``factor`` : other than 1, the angles of all ``joints`` are that many times as large: their unit is another.
+    ``factor`` : other than 1, the angles of all ``joints``, or their ``inputs``, the commands, are that many times as
+    large: their unit is another.
     """
 
     joints: tuple[int, ...]
@@ -63,6 +64,8 @@ class _ColumnChange:
     def of(self, leg: Leg, trial: Trial) -> Trial:
         angles, made = trial.angles.copy(), trial
         j = self.joints[0]
+        if self.factor != 1.0 and self.inputs:
+            return _with_commands_scaled(trial, self.joints, self.factor)
         if self.factor != 1.0:
             angles[:, list(self.joints)] *= self.factor
         elif len(self.joints) == 2:
@@ -73,8 +76,15 @@ class _ColumnChange:
             made = _with_inputs_inverted(leg, trial, j)
         return replace(made, angles=angles, velocities=None) if self.angle else made
 
+    def as_recorded(self, error: Array) -> Array:
+        """Errors (n_trial,) rad with this change, as large as they are in the recorded unit of the angles.
+
+        In a smaller unit every error is small, so only these can be compared with those of other changes.
+        """
+        return error / self.factor if self.angle else error
+
     def counterpart(self, other: _ColumnChange) -> bool:
-        """Whether one inverts the angle and the other the inputs of the same joint."""
+        """Whether one changes the angle and the other the inputs of the same joints."""
         return (
             self.either is not None
             and self.either == other.either
@@ -99,12 +109,21 @@ def _with_inputs_inverted(leg: Leg, trial: Trial, j: int) -> Trial:
     return replace(trial, torques=torques, signals=signals)
 
 
+def _with_commands_scaled(trial: Trial, joints: Sequence[int], factor: float) -> Trial:
+    """With the commands of these joints that many times as large."""
+    if trial.signals is None:
+        return trial
+    command = trial.signals.command.copy()
+    command[:, list(joints)] *= factor
+    return replace(trial, signals=replace(trial.signals, command=command))
+
+
 def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Finding]:
     """Columns that look exchanged, inverted, or labelled with the other unit of angles.
 
     The designed leg predicts each recording from the best-fitting initial state: unchanged, with two columns
-    exchanged, with one inverted about its joint's zero, with a joint's inputs inverted, or with angles in the other
-    unit. Of these the error counts against the motion: divided by 57, any recording is near a leg at rest.
+    exchanged, with one inverted about its joint's zero, with a joint's inputs inverted, or with angles or commands in
+    the other unit. Of angles the error counts against the motion: divided by 57, any recording is near a leg at rest.
     """
     chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST_TRIALS]
     errors = _errors_of_design(leg, chosen, bench)
@@ -114,14 +133,14 @@ def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list
         return []
     changes = _column_changes(leg, chosen)
     missed = [_errors_of_change(leg, chosen, change, bench) for change in changes]
+    alike = [change.as_recorded(error) for change, error in zip(changes, missed, strict=True)]
     best: dict[tuple[str, str], list[tuple[int, float]]] = {}
     for k, error in enumerate(own):
-        limit = min(error / LEAST_IMPROVEMENT, NEAR_DESIGN)
-        least = min(((float(each[k]), i) for i, each in enumerate(missed)), default=(np.inf, 0))
-        if least[0] < limit:
-            best.setdefault(_meaning(changes, [float(each[k]) for each in missed], least[1], float(error)), []).append(
-                (k, least[0])
-            )
+        compared = [float(each[k]) for each in alike]
+        least = int(np.argmin(compared))
+        after = float(missed[least][k])
+        if after < min(error / LEAST_IMPROVEMENT, NEAR_DESIGN):
+            best.setdefault(_meaning(changes, compared, least, float(error)), []).append((k, after))
     found = []
     for (what, remedy), places in best.items():
         worst, after = places[0]
@@ -135,9 +154,9 @@ def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list
 
 
 def _meaning(changes: Sequence[_ColumnChange], missed: Sequence[float], best: int, own: float) -> tuple[str, str]:
-    """What and remedy of a trial's best change; of both columns if inverting the other one does as well.
+    """What and remedy of a trial's best change; of both columns if changing the other one does as well.
 
-    ``missed`` (n_change,) rad, its error with each; ``own`` as recorded.
+    ``missed`` (n_change,) rad, its error with each, see ``as_recorded``; ``own`` without a change.
     """
     chosen = changes[best]
     near = max(ALIKE * missed[best], missed[best] + ALIKE_SHARE * own)
@@ -162,25 +181,38 @@ def _column_changes(leg: Leg, trials: Sequence[Trial]) -> list[_ColumnChange]:
             made.append(
                 _ColumnChange((j,), f"{name} looks inverted", "turn the joint's `sign` in the leg file, or its column")
             )
-    return made + _changes_of_unit(names)
+    commanded = [j for j, name in enumerate(names) if _input_column(leg, trials, j) == f"{name} command"]
+    return made + _changes_of_unit(names, commanded)
 
 
-def _changes_of_unit(names: Sequence[str]) -> list[_ColumnChange]:
-    """Angles of some joints in radians labelled degrees, or in degrees labelled radians."""
+def _changes_of_unit(names: Sequence[str], commanded: Sequence[int]) -> list[_ColumnChange]:
+    """Angles or commands of some joints in radians labelled degrees, or in degrees labelled radians.
+
+    ``commanded`` : the joints that have a command. Of a joint at small angles the ratio of the two shows, no more, so
+    that angles in the one unit are alike to commands in the other.
+    """
     every = range(len(names))
     sizes = range(1, len(names) + 1) if len(names) <= FEW_JOINTS else (1, len(names))
+    units = (("rad", "radians labelled degrees", 1.0 / DEGREE), ("deg", "degrees labelled radians", DEGREE))
     made = []
     for joints in (some for size in sizes for some in combinations(every, size)):
         chosen = [names[j] for j in joints]
         look = f"the angles of {' and '.join(chosen)} look like"
-        for unit, what, factor in (
-            ("rad", "radians labelled degrees", 1.0 / DEGREE),
-            ("deg", "degrees labelled radians", DEGREE),
-        ):
+        driven = set(joints) <= set(commanded)
+        for (unit, what, factor), (other, reverse, inverse) in (units, units[::-1]):
             header = ", ".join(f"{name} [{unit}]" for name in chosen)
-            made.append(
-                _ColumnChange(joints, f"{look} {what}", f"correct the unit in the header: {header}", factor=factor)
-            )
+            remedy = f"correct the unit in the header: {header}"
+            if not driven:
+                made.append(_ColumnChange(joints, f"{look} {what}", remedy, factor=factor))
+                continue
+            commands = ", ".join(f"{name} command [{other}]" for name in chosen)
+            seen = f"the commands of {' and '.join(chosen)} look like"
+            either = f"{look} {what}, or their commands like {reverse}", f"{remedy}, or else {commands}"
+            made += [
+                _ColumnChange(joints, f"{look} {what}", remedy, either=either, factor=factor),
+                _ColumnChange(joints, f"{seen} {reverse}", f"correct the unit in the header: {commands}", angle=False,
+                              inputs=True, either=either, factor=inverse),
+            ]  # fmt: skip
     return made
 
 
@@ -189,6 +221,8 @@ def _errors_of_change(leg: Leg, trials: Sequence[Trial], change: _ColumnChange, 
     changed = [change.of(leg, trial) for trial in trials]
     if change.factor == 1.0:
         return _errors_of_design(leg, changed, bench)
+    if change.inputs:
+        return np.where(_commands_are_far(leg, changed), np.inf, _errors_of_design(leg, changed, bench))
     moved = [trial.angles[:, list(change.joints)] for trial in changed]
     most = np.array([widest(leg.joints[j]) for j in change.joints])  # beyond it no recording is read
     within = [k for k, angles in enumerate(moved) if np.all(np.nanmax(np.abs(angles), axis=0) < most)]
@@ -196,6 +230,16 @@ def _errors_of_change(leg: Leg, trials: Sequence[Trial], change: _ColumnChange, 
     found[within] = _errors_of_design(leg, [changed[k] for k in within], bench)
     motion = np.array([float(np.nanmin(np.nanstd(angles, axis=0))) for angles in moved])
     return np.where(found * LEAST_IMPROVEMENT < motion, found, np.inf)
+
+
+def _commands_are_far(leg: Leg, trials: Sequence[Trial]) -> list[bool]:
+    """Of each trial, whether it holds a command that no recording may hold."""
+    signals = [trial.signals for trial in trials]
+    return [
+        each is not None
+        and any(far_command(joint, each.command[:, j]) is not None for j, joint in enumerate(leg.joints))
+        for each in signals
+    ]
 
 
 def _changes_of_driven_joint(j: int, name: str, column: str) -> list[_ColumnChange]:

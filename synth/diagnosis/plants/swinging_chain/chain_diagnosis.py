@@ -30,6 +30,7 @@ from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, var
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate_remainder, missing_torque
+from synth.diagnosis.plants.swinging_chain.clock_doubt import doubting_clock
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
@@ -128,9 +129,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.independent = EFFECTIVE_SAMPLES * len(scene.leg.joints)
         self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
-        names = scene.leg.joint_names
         self.direct_causes = tuple(
-            Cause(COUNTS, names[item.joint], {"step": Estimate(item.step, "deg")}) for item in scene.coarse
+            Cause(COUNTS, scene.leg.joint_names[item.joint], {"step": Estimate(item.step, "deg")})
+            for item in scene.coarse
         )
 
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
@@ -219,13 +220,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self, stages: StagePredictions[EvaluatedHypothesis, Array]
     ) -> StagePredictions[EvaluatedHypothesis, Array]:
         """The predictions recording by recording."""
-        return replace(
-            stages,
-            as_designed=join_pieces(self.scored, stages.as_designed),
-            before=join_pieces(self.scored, stages.before),
-            after=join_pieces(self.scored, stages.after),
-            alone={cause: join_pieces(self.scored, predicted) for cause, predicted in stages.alone.items()},
+        as_designed, before, after = (
+            join_pieces(self.scored, each) for each in (stages.as_designed, stages.before, stages.after)
         )
+        alone = {cause: join_pieces(self.scored, predicted) for cause, predicted in stages.alone.items()}
+        return replace(stages, as_designed=as_designed, before=before, after=after, alone=alone)
 
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials whose error by the nominal leg's best fit is far larger than the others'."""
@@ -348,6 +347,7 @@ def diagnose(
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
     findings = find_causes(plant, progress or (lambda text: None))
+    findings = doubting_clock(leg, findings, trials, lambda new: scene_of(leg, new, tolerance, seed, noise)[0].bench)
     errors, shown, tolerances = findings.stages.errors, plant.shown(findings.stages), scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
     # The torque of accepted effects is missing from the leg without them, not from one whose dampers replace them.
