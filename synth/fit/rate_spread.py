@@ -19,10 +19,12 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_above
 from synth.estimation.intervals import NORMAL90, covariance_of, student95
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import unknowns_of
 from synth.fit.least_squares import Stage, reduced_by_trial
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
+from synth.fit.treatments import FittedTreatments
 from synth.remarks import noted
 
 # Of Q: only a clear scatter counts, as links that are off and a misread correlation of the noise make some.
@@ -52,6 +54,25 @@ class RateSpread:
                 "trials together, and the intervals include how much another choice of trials would move them"
             )
         ]
+
+
+def spread_over_trials(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    fitted: FittedTreatments,
+    name: str,
+    options: LegFitOptions,
+) -> RateSpread:
+    """How the trials scatter about the fit of the treatment of this name.
+
+    Nothing of a motion that is computed or followed, and of one trial; nor with weights that are no likelihood.
+    """
+    stage = fitted.treatments[name].stage
+    computed = fitted.searched or options.wanted or options.computed or options.near is not None
+    if computed or options.weight != "noise" or len(recordings) < 2:
+        return RateSpread(np.zeros((len(unknowns_of(model).names),) * 2), 1.0)
+    least = fitted.least if name == fitted.mode else None
+    return rate_spread(model, recordings, Stage(least or stage.solution, stage.weights))
 
 
 def rate_spread(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage) -> RateSpread:
