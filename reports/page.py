@@ -184,7 +184,7 @@ def write_page(
             left_out.append((section.title, content.why))
             continue
         html = templates.get_template(f"{section.template or section.name}.html").render(**content, file=result.name)
-        title = str(content.get("title", section.title))
+        title = str(content.get("section_title", section.title))
         shown.append(RenderedSection(section.name, title, Markup(html), len(shown) < UNFOLDED))
     used = [script(name) for name in scripts]
     page = templates.get_template("page.html").render(

@@ -44,7 +44,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     return {
         "figures": _figures({str(trial.get("file")): trial for trial in trials}, responses, joints, called),
         "absent": [name for name, response in responses.items() if response is None],
-        "title": f"{given.capitalize()} against fitted motion",
+        "section_title": f"{given.capitalize()} against fitted motion",
         "given": given,
         "legend": _legend(given),
         "folder": FOLDER,
