@@ -22,7 +22,7 @@ from synth.reports.openings.leg_opening import leg_opening
 from synth.reports.openings.rehearsal_opening import rehearsal_opening
 from synth.reports.reading import Result, read_result
 from synth.reports.scripts import policy, script
-from synth.reports.section import AbsentResult, ReportSection
+from synth.reports.section import AbsentResult, ReportSection, mapping
 from synth.reports.sections import (
     built,
     check_apart,
@@ -137,7 +137,8 @@ def write_leg_report(folder: Path, compiled: BytecodeCache | None = None) -> Pat
 def write_fit_report(folder: Path, compiled: BytecodeCache | None = None) -> Path:
     """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
     result = read_result(folder, "fit.json", "fit")
-    return write_page(result, "Fit to recorded motion", FIT_SECTIONS, fit_opening(result), compiled=compiled)
+    title = "Fit to wanted motion" if mapping(result.content, "wanted") else "Fit to recorded motion"
+    return write_page(result, title, FIT_SECTIONS, fit_opening(result), compiled=compiled)
 
 
 def write_check_report(folder: Path) -> Path:
@@ -183,7 +184,8 @@ def write_page(
             left_out.append((section.title, content.why))
             continue
         html = templates.get_template(f"{section.template or section.name}.html").render(**content, file=result.name)
-        shown.append(RenderedSection(section.name, section.title, Markup(html), len(shown) < UNFOLDED))
+        title = str(content.get("section_title", section.title))
+        shown.append(RenderedSection(section.name, title, Markup(html), len(shown) < UNFOLDED))
     used = [script(name) for name in scripts]
     page = templates.get_template("page.html").render(
         kind=kind,

@@ -41,13 +41,19 @@ class Response:
         """The column's unit."""
         return self.table.units.get(f"{joint} {kind}", "")
 
-    def panel(self, joint: str, lines: Mapping[str, Line], remark: str) -> TrialPanel | None:
-        """One joint's panel: a curve for each existing kind; None without time or any curve."""
+    def panel(
+        self, joint: str, lines: Mapping[str, Line], remark: str, called: Mapping[str, str] | None = None
+    ) -> TrialPanel | None:
+        """One joint's panel: a curve for each existing kind; None without time or any curve.
+
+        ``called`` : kind -> its curve's name, where that is another.
+        """
         times = self.table.columns.get("time", [])
         kinds = [kind for kind in lines if f"{joint} {kind}" in self.table.columns]
         if len(times) < 2 or not kinds:
             return None
-        curves = [Curve(self.table.columns[f"{joint} {kind}"], lines[kind], kind) for kind in kinds]
+        names = {**{kind: kind for kind in kinds}, **(called or {})}
+        curves = [Curve(self.table.columns[f"{joint} {kind}"], lines[kind], names[kind]) for kind in kinds]
         unit = self.unit(joint, kinds[0])
         return TrialPanel(joint, unit, times, curves, remark, "angle" if unit in ("deg", "rad") else "")
 

@@ -36,7 +36,7 @@ class ReportSection:
     name
         the anchor, and the template ``NAME.html``.
     title
-        its heading.
+        its heading, if the content has no ``section_title`` of its own.
     content
         the template's data from a result, or the reason why the section is left out.
     template

@@ -191,8 +191,11 @@ def _all_points(stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[P
     return [point for pose in (*poses, *tracked) for point in pose]
 
 
-def figure_of_trial(result: Result, trial: str, table: ResultTable, kind: str) -> Markup:
-    """The leg of ``page.json`` in a trial's motion, which follows the cursor of the trial's plots; empty without it."""
+def figure_of_trial(result: Result, trial: str, table: ResultTable, kind: str, called: str = "") -> Markup:
+    """The leg of ``page.json`` in a trial's motion, which follows the cursor of the trial's plots; empty without it.
+
+    ``called`` : what the columns of this ``kind`` are on the page; empty for the kind itself.
+    """
     path = result.path("page.json")
     if path is None:
         return Markup("")
@@ -209,12 +212,12 @@ def figure_of_trial(result: Result, trial: str, table: ResultTable, kind: str) -
     if not motion.seen:
         return Markup("")
     lines = (START_BESIDE, END_BESIDE, TIP_BESIDE)
-    drawing = stick_figure(f"{trial}, {kind}", stick, motion, lines=lines)
+    drawing = stick_figure(f"{trial}, {called or kind}", stick, motion, lines=lines)
     key = legend([(START_BESIDE, "first pose"), (END_BESIDE, "last pose"), (GHOST, "between"), (TIP_BESIDE, "tip")])
     return Markup('<div class="stick-small">{}{}<p class="small soft">{}</p></div>').format(
         moving_drawing(trial, stick, drawing, _conversion(_all_points(stick, motion, ()))),
         key,
-        f"The leg's poses in this trial, {kind}: the start and the end of the motion, not two models.",
+        f"The leg's poses in this trial, {called or kind}: the start and the end of the motion, not two models.",
     )
 
 

@@ -19,7 +19,8 @@ from synth.reports.stick_figure import figure_of_trial
 
 FOLDER = "responses/source"
 _LINES = {"measured": RECORDED, "fitted": FITTED}
-LEGEND = legend([(RECORDED, "measured"), (FITTED, "fitted")])
+# Of a motion that is given by its figures, which nobody measured; its column in the response file is the same.
+_CALLED = {"measured": "wanted"}
 _CHARACTERISTICS = ("rise_time", "damping_ratio", "damped_frequency", "overshoot", "settling_time", "initial_rate")
 
 
@@ -38,11 +39,14 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     joints = list(mapping(fit, "joints")) or _joints(responses)
     rows, notes = _table(trials, joints)
     out = mapping(result.content, "held_out")
+    given, called = _given(fit)
     scored_by = mapping(result.content, "stages", "target") or fit  # the fit whose leg predicts them
     return {
-        "figures": _figures({str(trial.get("file")): trial for trial in trials}, responses, joints),
+        "figures": _figures({str(trial.get("file")): trial for trial in trials}, responses, joints, called),
         "absent": [name for name, response in responses.items() if response is None],
-        "legend": LEGEND,
+        "section_title": f"{given.capitalize()} against fitted motion",
+        "given": given,
+        "legend": _legend(given),
         "folder": FOLDER,
         "total": len(trials),
         "shown": len(shown),
@@ -59,22 +63,35 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
 def worst_figure(result: Result) -> FirstFigure | None:
     """The trial that fits worst, and what it is; None where no response is in the folder."""
     fit, files = fit_of(result), result.files(FOLDER)
+    given, called = _given(fit)
     trials = [trial for trial in sequence(fit, "trials") if isinstance(trial, dict)]
     known = [trial for trial in trials if math.isfinite(_error(trial))]
     for trial in sorted(known, key=_error, reverse=True):
         name = str(trial.get("file"))
         response = _response(result, name, files)
-        found = _figures({name: trial}, {name: response}, list(mapping(fit, "joints"))) if response else []
+        joints = list(mapping(fit, "joints"))
+        found = _figures({name: trial}, {name: response}, joints, called) if response else []
         if found and response is not None:
             many = f" of {len(trials)}" if len(trials) > 1 else ""
             stem = PurePosixPath(name).stem
             stick = (
-                figure_of_trial(result, stem, response.table, "measured")
+                figure_of_trial(result, stem, response.table, "measured", given)
                 if "stages" not in result.content
                 else Markup("")
             )
-            return FirstFigure(LEGEND + Markup(found[0]["svg"]), f"{name}: the trial{many} that fits worst.", stick)
+            caption = f"{name}." if called else f"{name}: the trial{many} that fits worst."
+            return FirstFigure(_legend(given) + Markup(found[0]["svg"]), caption, stick)
     return None
+
+
+def _given(fit: Json) -> tuple[str, dict[str, str]]:
+    """What the motion is that was fitted, and how its column is called: ``wanted`` where it is given by figures."""
+    called = _CALLED if mapping(fit, "wanted") else {}
+    return called.get("measured", "measured"), called
+
+
+def _legend(given: str) -> Markup:
+    return legend([(RECORDED, given), (FITTED, "fitted")])
 
 
 def _error(trial: Json) -> float:
@@ -91,8 +108,10 @@ def _joints(responses: dict[str, Response | None]) -> list[str]:
     return list(dict.fromkeys(joint for r in responses.values() if r for joint in r.joints("measured")))
 
 
-def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joints: list[str]) -> list[Json]:
-    found = []
+def _figures(
+    trials: dict[str, Json], responses: dict[str, Response | None], joints: list[str], called: dict[str, str]
+) -> list[Json]:
+    found, given = [], called.get("measured", "measured")
     for name, response in responses.items():
         if response is None:
             continue
@@ -104,7 +123,7 @@ def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joi
             remark = (
                 f"rms {brief(stated)}" if stated else ("" if own is None else f"rms {number(own, 3, bare=False)}{unit}")
             )
-            if (panel := response.panel(joint, _LINES, remark)) is not None:
+            if (panel := response.panel(joint, _LINES, remark, called)) is not None:
                 panels.append(panel)
         if panels:
             found.append((name, response, panels))
@@ -114,7 +133,7 @@ def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joi
             "trial": name,
             "file": response.file,
             "held_out": bool(trials[name].get("held_out")),
-            "svg": trial_figure(f"{name}: measured and fitted angles", panels, limits, PurePosixPath(name).stem),
+            "svg": trial_figure(f"{name}: {given} and fitted angles", panels, limits, PurePosixPath(name).stem),
         }
         for name, response, panels in found
     ]

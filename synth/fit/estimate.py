@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -133,7 +134,8 @@ def _fit_checked(
         if law is not None and law.named:
             return _fit_with(law, recordings, asked)
         note = start_sentence(drive, cut_of(drive), None, likely_filter(recordings))
-        return cut_or_law(_fit_later(leg, recordings, asked, cut_of(drive), note), law)
+        later = partial(_fit_later, leg, recordings, asked, cut_of(drive), note)
+        return cut_or_law(model, later(), law, later)
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter, start)
     mode, why = _choose(leg, treatments, probability, options, len(recordings))
@@ -149,7 +151,8 @@ def _fit_checked(
             return _fit_with(law, recordings, asked)
     if drive is not None and isinstance(hidden, LateFreeMotion):
         note = start_sentence(drive, hidden.cut, hidden, likely_filter(recordings))
-        return cut_or_law(_fit_later(leg, recordings, asked, hidden.cut, note), law)
+        later = partial(_fit_later, leg, recordings, asked, hidden.cut, note)
+        return cut_or_law(model, later(), law, later)
     softened = _soften_stage(model, recordings, chosen.stage, scatter)
     treatments[mode] = replace(chosen, stage=softened.stage)
     # Along a ridge that was moved the trials do not tell the rate, and what is stated of it holds it by itself.
@@ -193,19 +196,31 @@ def _law_of_all_samples(
     return another_law(model.leg, some, stage, options, scatter)
 
 
-def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, note: str) -> FitResult:
+def _fit_later(
+    leg: Leg,
+    recordings: Sequence[Recording],
+    options: LegFitOptions,
+    start: float,
+    note: str,
+    error: ModelError | None = None,
+) -> FitResult:
     """The fit to the samples from ``start`` s after each recording's first one."""
     cut = recordings_from(recordings, start)
     assert cut is not None
-    result = fit_leg(leg, cut, replace(options, release="recorded"))
+    result = fit_leg(leg, cut, replace(options, release="recorded"), error=error)
     return replace(result, cut=start, warnings=(note, *result.warnings))
 
 
-def cut_or_law(cut: FitResult, law: AnotherLaw | None) -> FitResult:
-    """The fit to later samples; its remark is kept where a law leaves no more a sample in all of them."""
-    if law is None or np.any(law.rms > ALIKE_RESIDUALS * np.array(list(cut.averaged_rms.values()))):
+def cut_or_law(
+    model: TrajectoryModel, cut: FitResult, law: AnotherLaw | None, again: Callable[[ModelError], FitResult]
+) -> FitResult:
+    """The fit ``cut`` to later samples, or that fit ``again`` where a law leaves no more a sample in all of them.
+
+    Which of the two it is the recordings do not tell then, and the intervals hold for either.
+    """
+    if law is None or cut.law or np.any(law.rms > ALIKE_RESIDUALS * np.array(list(cut.averaged_rms.values()))):
         return cut
-    return replace(cut, warnings=(cut.warnings[0], law.sentence_beside_cut, *cut.warnings[1:]))
+    return again(law.error_of_cut(_common_values(model, cut)))
 
 
 def _fit_with(law: AnotherLaw, recordings: Sequence[Recording], options: LegFitOptions) -> FitResult:
@@ -234,13 +249,11 @@ def _fit_near(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     model = model_of(leg, options.curves, recordings=recordings, prior=options.prior, static=options.static)
     joints = [near.joints[name] for name in model.leg.joint_names]
     common = np.array([joint.free_angle.value for joint in joints])
-    rates = np.array([joint.spring_rate.value for joint in joints])
-    damping = np.array([joint.damper_rate.value if joint.damper_rate is not None else 0.0 for joint in joints])
     spread = np.array([joint.free_angle_spread.value for joint in joints])
     locals_ = [
         Local(trial.rotation, trial.rate, model.leg.sign * (trial.free_angle - common)) for trial in near.trials
     ][: len(recordings)]
-    values = unknowns_of(model).pack(rates, model.leg.to_rotation(common), damping)
+    values = _common_values(model, near)
     shifts = np.array([local.shift for local in locals_])
     free = np.array([recording.counts.any(axis=0) for recording in recordings])
     stage = refine(
@@ -254,6 +267,15 @@ def _fit_near(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     treatments = {near.free_angle: Treatment(stage, spread, _ends_of(joints), of_mean)}
     scatter = sample_scatter(recordings)
     return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
+
+
+def _common_values(model: TrajectoryModel, result: FitResult) -> Array:
+    """(p,) common unknowns of a result."""
+    joints = [result.joints[name] for name in model.leg.joint_names]
+    rates = np.array([joint.spring_rate.value for joint in joints])
+    damping = np.array([joint.damper_rate.value if joint.damper_rate is not None else 0.0 for joint in joints])
+    common = np.array([joint.free_angle.value for joint in joints])
+    return unknowns_of(model).pack(rates, model.leg.to_rotation(common), damping)
 
 
 def _ends_of(joints: Sequence[JointFit]) -> Array:

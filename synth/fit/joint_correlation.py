@@ -42,7 +42,7 @@ def spread_of(model: TrajectoryModel, recordings: Sequence[Recording], stage: St
         root * np.where(recording.counts, prediction - recording.rotation, 0.0)
         for (_, root), recording, prediction in zip(found, recordings, solution.predictions, strict=True)
     ]
-    ratios = np.ones((len(recordings), n)) if weight == "noise" else error_ratios(recordings, stage)
+    ratios = np.ones((len(recordings), n)) if weight == "noise" else error_ratios(model, recordings, stage)
     together, middle, information = _correlations(left), np.zeros_like(spread), solution.information
     for (slopes, _), cross, own, ratio in zip(found, information.cross, information.own, ratios, strict=True):
         apart = together * np.sqrt(np.outer(ratio, ratio)) - np.eye(n)

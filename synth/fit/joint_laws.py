@@ -97,14 +97,18 @@ class AnotherLaw:
             if size != 0.0
         )
 
-    @property
-    def sentence_beside_cut(self) -> str:
-        """The sentence beside a cut that explains no more."""
-        return (
+    def error_of_cut(self, values: Array) -> ModelError:
+        """The error of a fit to later samples that explains no more, whose common unknowns are ``values`` (p,).
+
+        Its whole distance from the fit with the law is one standard deviation, of all unknowns together.
+        """
+        sentence = (
             f"release: {self.law.words} explains all samples as well as a torque at first explains the others: "
-            f"{self.coefficients_in_words}. These recordings do not tell which. If the {self.law.where}, write "
+            f"{self.coefficients_in_words}. These recordings do not tell which, and the intervals include the "
+            f"difference of the rates. If the {self.law.where}, write "
             f"effects: [{{{self.law.effect}: {{{self.law.key}: ...}}}}] in the leg file, and release: recorded"
         )
+        return ModelError((self.values - values)[:, None], sentence)
 
     @property
     def error(self) -> ModelError:

@@ -16,6 +16,8 @@ from synth.fit.ridge import MISFIT
 from synth.remarks import at_joint
 from synth.units import significant
 
+# The samples' scatter is that about a smooth curve, which follows what lasts: it is no noise in a residual alone.
+LASTING_NOISE = "its readings err alike for several samples, as those of a marker on skin or behind a filter do"
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 
 
@@ -48,5 +50,5 @@ def misfits(rms: Mapping[str, float], scatter: Mapping[str, float], lacks: Mask,
             found.append(at_joint(name, text, "note"))
         else:
             text = f"the residual is {off}, the samples' scatter only {noise}: the model lacks an effect at this joint"
-            found.append(at_joint(name, f"{text} or next to it"))
+            found.append(at_joint(name, f"{text} or next to it, or {LASTING_NOISE}"))
     return found

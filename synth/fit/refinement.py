@@ -75,14 +75,21 @@ def refine(
     return Stage(solution, weights)
 
 
-def error_ratios(recordings: Sequence[Recording], stage: Stage) -> Array:
+def error_ratios(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage) -> Array:
     """(n_trial, n) variance of the readings' errors over the one that the cost of ``stage`` assumes.
 
     1 where it weighs by the noise; else the weights are not likelihoods. Errors that last from sample to sample count
-    as in the noise.
+    as in the noise. They are what a fit weighed by the noise leaves: a joint that counts little beside a noisier one
+    keeps the errors of the estimates in its residuals, which last and would pass for noise.
     """
-    found, _ = _noise(recordings, stage.solution.predictions, "amplitude", encoder_counts(recordings))
-    return np.asarray((found / stage.weights.noise) ** 2)
+    weights = stage.weights
+    centre, points = weights.centre, weights.points
+    weighed = refine(
+        model, recordings, FitStart.at(stage.solution), "noise", weights.spread, centre=centre, points=points
+    )
+    best = weighed if np.isfinite(weighed.solution.cost) else stage
+    found, _ = _noise(recordings, best.solution.predictions, "amplitude", encoder_counts(recordings))
+    return np.asarray((found / weights.noise) ** 2)
 
 
 def _noise(

@@ -26,6 +26,7 @@ from synth.fit.lost_motion import sentences_on_trials
 from synth.fit.misfits import follower, lacking, misfits
 from synth.fit.none_rates import NoneRates, none_rates
 from synth.fit.proposal import proposals
+from synth.fit.rate_spread import spread_over_trials
 from synth.fit.recordings import Recording, sentences_on_reading
 from synth.fit.ridge import MISFIT
 from synth.fit.ridge_family import RidgeFamily, families
@@ -67,7 +68,7 @@ def result_of(
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
-    excess, chosen = {name: _excess(model, recordings, t) for name, t in treatments.items()}, solutions[mode]
+    (excess, differ), chosen = _excesses(model, recordings, fitted, options), solutions[mode]
     spreads = {n: spread_of(model, recordings, t.stage, options.weight) + excess[n] for n, t in treatments.items()}
     refits, lost = _refits(model, recordings, fitted.stage, (spreads[mode], excess[mode]), options)
     links = {n: link_errors(model, recordings, t.stage, widths, options.static) for n, t in treatments.items()}
@@ -100,7 +101,7 @@ def result_of(
         warnings=(
             *(*_first_sentences(fitted, leg, recordings), *lost),
             *([] if fitted.searched else misfits(rms[mode], noise, lacking(left, scatter), options)),
-            *_moved(model, recordings, fitted, told, options, lacks=bool(lacking(left, scatter).any())),
+            *(*differ, *_moved(model, recordings, fitted, told, options, lacks=bool(lacking(left, scatter).any()))),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles, follower(options)),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),
         ),
@@ -186,6 +187,15 @@ def _excess(model: TrajectoryModel, recordings: Sequence[Recording], treatment: 
     bent = bent_by_filter(model, recordings, treatment.stage)
     spread = treatment.excess(unknowns_of(model), covariance(model, treatment.stage.solution))
     return spread + np.outer(bent, bent)
+
+
+def _excesses(
+    model: TrajectoryModel, recordings: Sequence[Recording], fitted: FittedTreatments, options: LegFitOptions
+) -> tuple[dict[str, Array], list[str]]:
+    """Each treatment's ``_excess`` with what its trials differ by; and the chosen one's sentences on that."""
+    apart = {name: spread_over_trials(model, recordings, fitted, name, options) for name in fitted.treatments}
+    excess = {name: _excess(model, recordings, t) + apart[name].covariance for name, t in fitted.treatments.items()}
+    return excess, apart[fitted.mode].sentences
 
 
 def _draws(

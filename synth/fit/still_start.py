@@ -11,11 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.fit.recordings import LEAST_SAMPLES as FEWEST_SAMPLES
 from synth.fit.recordings import Recording
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Leg
 
 LEAST_SAMPLES = 30  # that a cut leaves: fewer do not determine a leg's rates
+# Of the recording's time, that fewer samples must cover at least: a release that was seen to its end at a low rate.
+LEAST_SHARE = 0.4
+# Of the recordings: where so many probably begin at rest, and one clearly does, so do all that probably do. Of free
+# motion a few that probably do by chance; to cut such a one loses the little that it moves in that time.
+SERIES_SHARE = 0.5
 STILL, FIRST = (
     0.2,
     0.05,
@@ -33,20 +39,26 @@ class Begun:
 def from_release(leg: Leg, recordings: Sequence[Recording]) -> Begun:
     """Cut each recording that clearly begins at rest to the latest time of its release.
 
+    Where most of them probably do, and one clearly, the others are cut too: a series is recorded in one way.
     A recording driven by a known torque may begin at rest and is kept. If none would remain, none is cut, and the
     messages state this.
     """
+    releases = [release_in(leg, recording) if _may_lie_still(recording) else None for recording in recordings]
+    seen = [found for found in releases if found is not None]
+    clear, likely = (sum(each) for each in ([f.still_first for f in seen], [f.maybe_still_first for f in seen]))
+    series = clear > 0 and likely >= SERIES_SHARE * len(recordings)
     kept: list[Recording] = []
     messages: list[str] = []
-    for recording in recordings:
-        found = release_in(leg, recording) if _may_lie_still(recording) else None
-        if found is None or not found.still_first or found.released_by is None:
+    for recording, found in zip(recordings, releases, strict=True):
+        still = found is not None and (found.maybe_still_first if series else found.still_first)
+        if found is None or not still or found.released_by is None:
             kept.append(recording)
             continue
         first = int(np.searchsorted(recording.time, found.released_by))
         left = len(recording.time) - first
         text = f"{recording.name}: the limb is at rest at first and is {found.sentence.split(';')[0]}"
-        if left >= LEAST_SAMPLES:
+        share = (recording.time[-1] - found.released_by) / recording.time[-1]
+        if left >= (FEWEST_SAMPLES if share >= LEAST_SHARE else LEAST_SAMPLES):
             kept.append(recording.later(first))
             messages.append(f"{text}; fitted from {recording.time[first]:.3f} s after its first sample")
         else:

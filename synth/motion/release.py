@@ -51,6 +51,7 @@ class Release:
         it is after the true release in 97 % of 240 simulated ones (noise of 0.05 to 0.6 deg, 100 and 250 Hz).
     ``still_first`` : whether the recording clearly begins at rest or held, with a break where it begins to move. A
         swing that decays and grows again also has a ``released`` if its joints exchange energy.
+    ``maybe_still_first`` : whether it probably does: at 95 %, which tells where others of a series clearly do.
     ``not_before`` : where no joint has a sample around the release, the last sample before that; ``released`` and
         ``released_by`` are then the first one after it. None where samples show the release.
     """
@@ -61,6 +62,7 @@ class Release:
     sentence: str
     released_by: float | None = None
     still_first: bool = False
+    maybe_still_first: bool = False
     not_before: float | None = None
 
     def in_seconds(self, unit: float) -> Release:
@@ -125,7 +127,8 @@ def _find_in_view(time: Array, rotation: Array, lost: Mask, view: _View) -> Rele
         return _with_drive(None, time, rotation, lost, view)
     broken = _outside_gaps(time, rotation, view, _refine_break(time, rotation, lost, view, burst[0]))
     found = _with_drive(broken, time, rotation, lost, view)
-    return replace(found, still_first=_still_first(time, rotation, lost, view, broken, burst[0]))
+    kink = _first_kink(time, rotation, lost, view, broken, burst[0])
+    return replace(found, still_first=kink > KINK, maybe_still_first=kink > LIKELIHOOD_RISE)
 
 
 def free_after(driven: Sequence[float], unit: float = 1.0) -> float:
@@ -298,13 +301,13 @@ def _outside_gaps(time: Array, rotation: Array, view: _View, found: _Break) -> _
     return found
 
 
-def _still_first(time: Array, rotation: Array, lost: Mask, view: _View, last: _Break, first_of_last: int) -> bool:
-    """Whether the recording begins at rest: no motion for a while, and a break where the first motion begins."""
+def _first_kink(time: Array, rotation: Array, lost: Mask, view: _View, last: _Break, first_of_last: int) -> float:
+    """``_Break.kink`` where the first motion begins after no motion for a while; 0 without such a rest."""
     first = int(np.flatnonzero(view.speed > view.threshold)[0])
     if view.smoothed.time[first] - time[0] < max(PAUSE, 5 * view.step):
-        return False
+        return 0.0
     begun = last if first == first_of_last else _refine_break(time, rotation, lost, view, first)
-    return begun.kink > KINK
+    return begun.kink
 
 
 def _hold_noise(since: Array, angle: Array, noise: float) -> float:

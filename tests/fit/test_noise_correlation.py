@@ -11,6 +11,7 @@ from synth.files.trial_list import Trial
 from synth.fit.costs import emphasise_transient
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.methods import fit_by
+from synth.fit.misfits import misfits
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import correlation_times
 from synth.swing.chain import simulate
@@ -111,3 +112,10 @@ def test_intervals_are_those_of_the_same_samples_without_the_rows_between() -> N
         for fit in fits
     ]
     np.testing.assert_allclose(*ends, rtol=1e-4)
+
+
+def test_a_residual_above_the_samples_scatter_may_be_noise_that_lasts() -> None:
+    """Of 40 simulated legs with markers that err alike for 150 ms 8 hips were said to lack an effect; none did."""
+    rms, scatter = {"hip": np.radians(0.6)}, {"hip": np.radians(0.1)}
+    (text,) = misfits(rms, scatter, np.array([True]), LegFitOptions())
+    assert "the model lacks an effect at this joint or next to it, or its readings err alike" in text

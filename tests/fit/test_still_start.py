@@ -80,3 +80,36 @@ def test_free_motion_is_not_cut() -> None:
         begun = from_release(case.bare, free)
         assert begun.messages == ()
         assert begun.recordings == free
+
+
+def series(rate: float, length: float, turned: float, seed: int) -> list[Recording]:
+    """Four releases held for 0.15 s, ``length`` s at ``rate`` Hz, of ``turned`` deg, noise of 0.35 deg that lasts."""
+    leg = overdamped()
+    generator, trials = np.random.default_rng(seed), []
+    for number in range(4):
+        start = rest_pose(leg) + np.radians(turned * generator.uniform(0.7, 1.3, 3)) * generator.choice((-1.0, 1.0), 3)
+        time = np.arange(0.0, length, 1.0 / rate)
+        rotation, after = np.tile(start, (len(time), 1)), time > 0.15
+        rotation[after] = free_motion(leg, start, time[after] - 0.15, 0.0)
+        noise = generator.normal(0.0, np.radians(0.35), rotation.shape)
+        noise[1:] *= np.sqrt(1.0 - 0.3**2)
+        for i in range(1, len(noise)):
+            noise[i] += 0.3 * noise[i - 1]
+        trials.append(Trial(f"t{number}.csv", time, leg.to_measured(rotation) + noise))
+    return made(trials)
+
+
+def test_of_a_series_that_begins_at_rest_no_recording_keeps_its_rest() -> None:
+    """One whose break is not certain by itself was kept with it, beside others that were cut."""
+    releases = series(100.0, 1.0, 11.0, 10)
+    begun = from_release(bare(overdamped()), releases)
+    assert [recording.time[-1] < 0.87 for recording in begun.recordings] == [True] * 4
+    assert len(begun.messages) == 4
+
+
+def test_a_low_rate_is_no_reason_to_leave_a_release_out() -> None:
+    """With fewer than 30 samples after it the recordings that were sure went, and one with its rest stayed."""
+    releases = series(50.0, 0.7, 35.0, 8)
+    begun = from_release(bare(overdamped()), releases)
+    assert len(begun.recordings) == 4
+    assert all(len(recording.time) < 30 for recording in begun.recordings)

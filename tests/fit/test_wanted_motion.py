@@ -157,3 +157,16 @@ def test_figures_that_do_not_describe_the_motion_are_told() -> None:
     assert "the ankle's drive is taken as off" in others[0]
     alone = wanted_motion(Leg("hip", joints[:1]), {"hip": asked["hip"]})
     assert not any("does not move" in text for text in alone.messages)
+
+
+def test_the_page_calls_a_wanted_motion_wanted(tmp_path: Path) -> None:
+    """It was "measured" in title, headings, legends and captions, by nobody."""
+    shutil.copy(EXAMPLES / "fit" / "robot.leg.yaml", tmp_path)
+    (tmp_path / "fit.yaml").write_text(f"kind: fit\nleg: robot.leg.yaml\n{WANTED}")
+    assert main(["fit", str(tmp_path / "fit.yaml"), "--out", str(tmp_path / "out"), "-q"]) == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Fit to wanted motion" in page
+    assert "Wanted against fitted motion" in page
+    assert "wanted and fitted angles, hip" in page
+    for false in ("Fit to recorded motion", "Measured against", "&nbsp;measured", "measured and fitted", "fits worst"):
+        assert false not in page

@@ -1,0 +1,110 @@
+"""Rates that differ from trial to trial: what the trials' own scatter adds to the intervals.
+
+An animal's muscles are no springs: from one release to the next, and from one animal to the next, rate and damping
+differ. The fit has one of each, its mean; its covariance by the readings' noise does not know that another choice of
+trials has another mean. Each trial's gradient at the common optimum shows it: of one leg it scatters as the trial's
+information tells, and Cochran's Q (Biometrics 10 (1954) 101) over all trials tests that. Where it scatters more, the
+share of Q beyond its expectation (Higgins & Thompson, Statistics in Medicine 21 (2002) 1539) of the jackknife's
+covariance over trials (Efron & Tibshirani, *An Introduction to the Bootstrap*, 1993, chapter 11), to first order, is
+added, with Student's t of one degree less than trials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.estimation.chi_squared import chi_squared_above
+from synth.estimation.intervals import NORMAL90, covariance_of, student95
+from synth.fit.fit_options import LegFitOptions
+from synth.fit.fit_problem import unknowns_of
+from synth.fit.least_squares import Stage, reduced_by_trial
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.treatments import FittedTreatments
+from synth.remarks import noted
+
+# Of Q: only a clear scatter counts, as links that are off and a misread correlation of the noise make some.
+SIGNIFICANCE = 1e-4
+# Of the information in a direction, that one trial is taken to have at most: where the others have none, the step
+# without it has no end.
+MOST_LEVERAGE = 0.75
+LEAST_SHARE = 1e-6  # of the largest eigenvalue of a trial's information, below which it tells nothing in that direction
+
+
+@dataclass(frozen=True)
+class RateSpread:
+    """``covariance`` (p, p) to add to the common unknowns' own, and the ``probability`` of such trials of one leg."""
+
+    covariance: Array
+    probability: float
+
+    @property
+    def sentences(self) -> list[str]:
+        """The finding; none where the trials agree."""
+        if not self.covariance.any():
+            return []
+        return [
+            noted(
+                f"the trials differ by more than their noise from one leg of these rates (p = {self.probability:.1g}): "
+                "the rates differ from trial to trial, or the model lacks something. The rates given are those of all "
+                "trials together, and the intervals include how much another choice of trials would move them"
+            )
+        ]
+
+
+def spread_over_trials(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    fitted: FittedTreatments,
+    name: str,
+    options: LegFitOptions,
+) -> RateSpread:
+    """How the trials scatter about the fit of the treatment of this name.
+
+    Nothing of a motion that is computed or followed, and of one trial; nor with weights that are no likelihood.
+    """
+    stage = fitted.treatments[name].stage
+    computed = fitted.searched or options.wanted or options.computed or options.near is not None
+    if computed or options.weight != "noise" or len(recordings) < 2:
+        return RateSpread(np.zeros((len(unknowns_of(model).names),) * 2), 1.0)
+    least = fitted.least if name == fitted.mode else None
+    return rate_spread(model, recordings, Stage(least or stage.solution, stage.weights))
+
+
+def rate_spread(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage) -> RateSpread:
+    """What trials of one fit add to the rates' covariance; that of free angles is in their own spread.
+
+    ``stage`` : at its optimum; of two trials or more.
+    """
+    unknowns = unknowns_of(model)
+    count = len(unknowns.names)
+    none = np.zeros((count, count))
+    parts = reduced_by_trial(model, recordings, stage)
+    rates = [unknowns.rate_at(j) for j in unknowns.rates] + [unknowns.damper_at(j) for j in unknowns.dampers]
+    square, freedom = 0.0, -count
+    for matrix, gradient in parts:
+        value, vector = np.linalg.eigh(matrix)
+        tells = value > LEAST_SHARE * max(float(value[-1]), 1e-300)
+        square += float(np.sum((vector[:, tells].T @ gradient) ** 2 / value[tells]))
+        freedom += int(tells.sum())
+    if freedom < 1:
+        return RateSpread(none, 1.0)
+    probability = chi_squared_above(freedom, square)
+    if probability >= SIGNIFICANCE:
+        return RateSpread(none, probability)
+    trials, root = len(parts), np.linalg.cholesky(covariance_of(stage.solution.information.schur()))
+    widen = (1.0 - 1.0 / trials) * (student95(trials - 1) / NORMAL90) ** 2 * (1.0 - freedom / square)
+    moved = np.array([root @ _without(root.T @ matrix @ root, root.T @ gradient) for matrix, gradient in parts]).T
+    held = np.setdiff1d(np.arange(count), rates)
+    moved[held] = 0.0
+    return RateSpread(widen * moved @ moved.T, probability)
+
+
+def _without(share: Array, gradient: Array) -> Array:
+    """(p,) step without a trial that has this share (p, p) of the information, in units of the estimates' errors."""
+    value, vector = np.linalg.eigh(share)
+    return np.asarray(vector @ (vector.T @ gradient / (1.0 - np.clip(value, 0.0, MOST_LEVERAGE))))
