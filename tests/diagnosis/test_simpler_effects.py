@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
@@ -12,10 +12,11 @@ from synth.diagnosis.angle_search import as_designed, rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses
 from synth.diagnosis.odds import CALIBRATED
-from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.settled import settle_leading
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 from synth.swing.effects import registered
 from synth.swing.leg_model import Leg, Spring
@@ -23,22 +24,40 @@ from synth.swing.leg_model import Leg, Spring
 NOISE = np.radians(0.05)
 
 
-def settled(built: Leg, free: tuple[str, str]) -> list[str]:
-    """Of another spring rate and a hardening that frees these, fitted to releases: those among the hypotheses."""
+def fitted(built: Leg, chosen: Callable[[Candidate], bool]) -> tuple[Workbench, list[Assessment[EvaluatedHypothesis]]]:
+    """The designed leg fitted to releases, then with each of the chosen causes from its first start."""
     trials = recorded(built, noise=NOISE)
     scene, _ = scene_of(ONE, trials, Tolerance(), 0, {"knee": NOISE})
     bench, designed = scene.bench, as_designed(scene.bench)
-    every = candidates(ONE, scene.given, natural_sizes_of(ONE, scene.given))
-    chosen = [c for c in every if c.effect.name == "spring_rate"]
-    chosen += [c for c in every if c.effect.name == "hardening_spring" and c.shape.free == free]
-    assert len(chosen) == 2
+    every = [c for c in candidates(ONE, scene.given, natural_sizes_of(ONE, scene.given)) if chosen(c)]
     starts = [
-        EvaluatedHypothesis((c,), np.concatenate([designed.unknowns, c.starts()[0]]), designed.states) for c in chosen
+        EvaluatedHypothesis((c,), np.concatenate([designed.unknowns, start]), designed.states)
+        for c in every
+        for start in c.starts()
     ]
     fits = [designed, *refine(bench, bench.evaluate(starts), 20)]
-    none, *singles = [Assessment(fit, fit.cost, rms_over_noise(bench, fit)) for fit in fits]
-    ends, _ = settle_leading(bench, Hypotheses(none, tuple(singles), ()), CALIBRATED)
+    return bench, [Assessment(fit, fit.cost, rms_over_noise(bench, fit)) for fit in fits]
+
+
+def settled(built: Leg, free: tuple[str, str]) -> list[str]:
+    """Of another spring rate and a hardening that frees these, fitted to releases: those among the hypotheses."""
+    bench, (none, *singles) = fitted(
+        built,
+        lambda c: c.effect.name == "spring_rate" or (c.effect.name == "hardening_spring" and c.shape.free == free),
+    )
+    best = {single.keys: single for single in sorted(singles, key=lambda single: -single.cost)}
+    assert len(best) == 2
+    ends, _ = settle_leading(bench, Hypotheses(none, tuple(best.values()), ()), CALIBRATED)
     return sorted(single.keys[0][0] for single in ends.singles)
+
+
+def test_a_stop_is_no_spring_that_hardens() -> None:
+    """Pressed on it the torques are the same; a spring of fifteen times its rate is none."""
+    leg = with_effects(ONE, {"knee": {"joint_stop": {"upper": 2.1, "stiffness": 22.5}}})
+    names = ("joint_stop", "hardening_spring")
+    _, (_, *singles) = fitted(leg, lambda c: c.effect.name in names)
+    left = {name: min(s.ratio for s in singles if s.keys[0][0] == name) for name in names}
+    assert left["joint_stop"] < 1.1 < 5.0 < left["hardening_spring"]
 
 
 @pytest.mark.parametrize("rate", [1.05, 2.25])  # N m/rad, 1.5 designed

@@ -63,7 +63,7 @@ def _mount(
     )
 
 
-def bounded(leg: Leg, slowest: float, values: Array) -> Array:
+def bounded(leg: Leg, joint: int, slowest: float, values: Array) -> Array:
     """Parameters (n_parameter, n_lane), the stiffnesses at least those of a mount that sways at ``slowest``, 1/s.
 
     Sliding and rocking each by themselves, with the leg straight and rigid.

@@ -78,8 +78,8 @@ class Effect(PlantEffect):
     torque in some trial. A driven rotor has an inertia, and neither spring nor damper beside it.
     ``changes`` : of the way "leg", the keys of the leg file that hold the numbers it changes, in words.
     ``shows_locked`` : it is visible although its joint is locked, by the pose of the links or by their mass.
-    ``bounds`` : name of its function that keeps estimated parameters plausible for a leg whose slowest joint swings at
-    a given rate, 1/s.
+    ``bounds`` : name of its function ``(leg, joint, slowest, values)`` that keeps estimated parameters plausible for a
+    leg whose slowest joint swings at a given rate, 1/s.
     ``deviation`` : of the way "structure", name of its function ``(legs, link, acceleration)`` that returns how far,
     rad, and how fast, rad/s, an added link without a spring may be off where ``start`` puts it; empty: it has a spring,
     see ``LegLanes.initial_deviation``.

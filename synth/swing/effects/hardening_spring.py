@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from math import sqrt
 
+import numpy as np
+
+from synth.arrays import Array
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, SimplerEffect, signed, size
 from synth.swing.effects.inlined import inlined, power
+from synth.swing.leg_model import Leg
+
+# Of the spring's rate, by which it may change at once at an onset. A bumper beside a spring is of its size; what is
+# several times as stiff is no part of the spring but a stop, whose torque is the same while the joint is pressed on it.
+STEEPEST = 4.0
 
 
 @inlined
@@ -31,6 +39,15 @@ def torque(  # type: ignore[no-untyped-def]
     return lost - (extra if deflection > 0.0 else -extra), 0.0
 
 
+def bounded(leg: Leg, joint: int, slowest: float, values: Array) -> Array:
+    """Parameters (n_parameter, n_lane), the rate beyond an onset at most ``STEEPEST`` times the spring's more."""
+    found, spring = values.copy(), leg.joints[joint].spring
+    stiffening, exponent, reach, onset, _ = found
+    most = STEEPEST * (spring.rate if spring is not None else np.inf) * reach
+    found[0] = np.where((exponent == 1.0) & (onset > 0.0), np.minimum(stiffening, most), stiffening)
+    return found
+
+
 EFFECT = Effect(
     name="hardening_spring",
     meaning="a stiffness that grows (or falls) with deflection",
@@ -53,6 +70,7 @@ EFFECT = Effect(
     ),
     stated=("stiffening", "softening", "onset", "reach", "exponent"),
     strengths=("stiffening", "softening"),
+    bounds="bounded",
     becomes=(SimplerEffect("spring_rate", {"exponent": 1.0, "onset": 0.0, "softening": 0.0}),),
     shapes=(
         Shape(("stiffening", "exponent"), {"reach": 1.0}, ({"exponent": 2.0}, {"exponent": 3.5})),

@@ -54,7 +54,7 @@ def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[flo
     return (ends[0], ends[1]) if sign > 0 else (ends[1], ends[0])
 
 
-def bounded(leg: Leg, slowest: float, values: Array) -> Array:
+def bounded(leg: Leg, joint: int, slowest: float, values: Array) -> Array:
     """The parameters (n_parameter, n_lane) with ends that do not cross: one that is searched takes the other along.
 
     It may start beyond an end that the leg file states. Crossed ends push everywhere, so stiffly that no search ends.

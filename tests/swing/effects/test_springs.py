@@ -76,6 +76,17 @@ def test_a_bumper_has_the_period_of_a_bilinear_spring() -> None:
     np.testing.assert_allclose(angle / amplitude, np.resize([1.0, 0.0, -1.0, 0.0], 9), atol=1e-6)
 
 
+def test_a_diagnosis_takes_no_stop_for_a_bumper() -> None:
+    # from an onset a spring becomes at most four rates stiffer; a power of the whole deflection, and softening, stay
+    made, reach = leg({"hardening_spring": {"stiffening": 1.0}}), 0.1
+    given = np.array([[9.0 * RATE * reach, 1.0, reach, 0.2, 0.0], [9.0 * RATE, 3.0, 1.0, 0.0, 0.0],
+                      [-9.0 * RATE, 1.0, 1.0, 0.2, 0.0], [2.0 * RATE * reach, 1.0, reach, 0.2, 0.0]]).T  # fmt: skip
+    kept = effect_named("hardening_spring").function("bounded")(made, 0, 1.0, given)
+    assert kept[0, 0] == pytest.approx(4.0 * RATE * reach)
+    np.testing.assert_array_equal(kept[1:], given[1:])
+    np.testing.assert_array_equal(kept[:, 1:], given[:, 1:])
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_one_sided_springs_halves_have_their_own_periods(sign: int) -> None:
     # half periods pi sqrt(I/k1) and pi sqrt(I/k2); "above" is meant in measured angle, about a free angle

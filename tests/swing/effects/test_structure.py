@@ -182,7 +182,7 @@ def test_a_mount_is_kept_as_fast_as_it_must_be() -> None:
     """Alone under the rigid leg it then sways at that rate; a stiffer one, and a direction that is rigid, stay."""
     inertia, mass, arm, slowest = 0.02, 0.4, -0.1, 12.0
     soft = np.array([[0.0, 50.0, 0.0], [mass] * 3, [1.0, 0.0, 500.0], [arm] * 3, [inertia] * 3, [0.05] * 3])
-    kept = effect_named("base_compliance").function("bounded")(mounted(), slowest, soft)
+    kept = effect_named("base_compliance").function("bounded")(mounted(), 0, slowest, soft)
     rocks = kept[2, 0] / rocking_masses(inertia, arm)[0, 0]
     slides = kept[0, 1] / (mass + LINK.mass)
     assert np.sqrt([rocks, slides]) == pytest.approx(slowest)

@@ -278,9 +278,8 @@ class Candidate(ShapedEffect):
         found = super().values(x)
         if not self.effect.bounds:
             return found
-        return np.asarray(
-            self.effect.function(self.effect.bounds)(self.leg, MOUNT_FREQUENCY_RATIO * self.scales.slow, found)
-        )
+        bounded = self.effect.function(self.effect.bounds)
+        return np.asarray(bounded(self.leg, self.joint, MOUNT_FREQUENCY_RATIO * self.scales.slow, found))
 
     def named(self, x: Array) -> dict[str, float]:
         """Parameters to report; of an absent effect its sizes, which are 0: a stiffness has none then."""
