@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from diagnosis.simulated_releases import ONE, recorded, with_effects
+from diagnosis.simulated_releases import HANGING, ONE, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, rms_over_noise
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses
@@ -18,18 +18,20 @@ from synth.diagnosis.restarts import refine
 from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
+from synth.files.trial_list import Trial
 from synth.swing.effects import registered
 from synth.swing.leg_model import Leg, Spring
 
 NOISE = np.radians(0.05)
 
 
-def fitted(built: Leg, chosen: Callable[[Candidate], bool]) -> tuple[Workbench, list[Assessment[EvaluatedHypothesis]]]:
+def fitted(
+    leg: Leg, trials: list[Trial], chosen: Callable[[Candidate], bool]
+) -> tuple[Workbench, list[Assessment[EvaluatedHypothesis]]]:
     """The designed leg fitted to releases, then with each of the chosen causes from its first start."""
-    trials = recorded(built, noise=NOISE)
-    scene, _ = scene_of(ONE, trials, Tolerance(), 0, {"knee": NOISE})
+    scene, _ = scene_of(leg, trials, Tolerance(), 0, {"knee": NOISE})
     bench, designed = scene.bench, as_designed(scene.bench)
-    every = [c for c in candidates(ONE, scene.given, natural_sizes_of(ONE, scene.given)) if chosen(c)]
+    every = [c for c in candidates(leg, scene.given, natural_sizes_of(leg, scene.given)) if chosen(c)]
     starts = [
         EvaluatedHypothesis((c,), np.concatenate([designed.unknowns, start]), designed.states)
         for c in every
@@ -42,7 +44,8 @@ def fitted(built: Leg, chosen: Callable[[Candidate], bool]) -> tuple[Workbench, 
 def settled(built: Leg, free: tuple[str, str]) -> list[str]:
     """Of another spring rate and a hardening that frees these, fitted to releases: those among the hypotheses."""
     bench, (none, *singles) = fitted(
-        built,
+        ONE,
+        recorded(built, noise=NOISE),
         lambda c: c.effect.name == "spring_rate" or (c.effect.name == "hardening_spring" and c.shape.free == free),
     )
     best = {single.keys: single for single in sorted(singles, key=lambda single: -single.cost)}
@@ -52,12 +55,14 @@ def settled(built: Leg, free: tuple[str, str]) -> list[str]:
 
 
 def test_a_stop_is_no_spring_that_hardens() -> None:
-    """Pressed on it the torques are the same; a spring of fifteen times its rate is none."""
-    leg = with_effects(ONE, {"knee": {"joint_stop": {"upper": 2.1, "stiffness": 22.5}}})
-    names = ("joint_stop", "hardening_spring")
-    _, (_, *singles) = fitted(leg, lambda c: c.effect.name in names)
-    left = {name: min(s.ratio for s in singles if s.keys[0][0] == name) for name in names}
-    assert left["joint_stop"] < 1.1 < 5.0 < left["hardening_spring"]
+    """Pressed on it on one side alone the torques are the same; a spring of fifteen times its rate is none."""
+    bent = HANGING.with_joints(knee={"spring": Spring(0.4, 1.0)})  # gravity holds it on one side of its free angle
+    leg = with_effects(bent, {"knee": {"joint_stop": {"upper": 1.6, "stiffness": 6.0}}})
+    away = np.array([[0.0], [-0.1], [0.1], [-0.2]])
+    chosen = ("joint_stop", "hardening_spring")
+    _, (_, *singles) = fitted(bent, recorded(leg, away, noise=NOISE), lambda c: c.effect.name in chosen)
+    left = {name: min(single.ratio for single in singles if single.keys[0][0] == name) for name in chosen}
+    assert left["joint_stop"] < 1.1 < 3.0 < left["hardening_spring"]
 
 
 @pytest.mark.parametrize("rate", [1.05, 2.25])  # N m/rad, 1.5 designed
