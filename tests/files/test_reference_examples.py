@@ -104,6 +104,7 @@ BESIDE: dict[str, Tree] = {
     "column.zero_count": {"counts": 4096},
     "hopper_leg.crouch_lower": {"crouch": None},
     "laminate.bending": {"beam_rate": None},
+    "laminate.links": {"reference_length": None, "link_mass": None, "beam_rate": None},
     "damper_choice.torque": {"speed": "10 rpm"},
     "damper_choice.speed": {"torque": "0.1 N*m"},
 }
