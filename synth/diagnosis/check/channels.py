@@ -142,11 +142,11 @@ def _coarse_findings(channel: Channel) -> list[Finding]:
     if channel.count > noise:
         text = f"one count is {_degrees_text(channel.count)}, {channel.count / channel.motion:.0%} of the motion (RMS "
         text += f"{_degrees_text(channel.motion)})"
-        remedy = "an encoder with more counts, or larger releases"
+        remedy = "an encoder with more counts, or larger motion"
     else:
         text = f"the noise, {_degrees_text(noise)} RMS, is {noise / channel.motion:.0%} of the motion (RMS "
         text += f"{_degrees_text(channel.motion)})"
-        remedy = "a quieter sensor, or larger releases"
+        remedy = "a quieter sensor, or larger motion"
     return [Finding("doubt", text + "; smaller effects are hidden", remedy, joint=channel.joint)]
 
 

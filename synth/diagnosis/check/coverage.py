@@ -125,7 +125,7 @@ def _speed_findings(one: Coverage) -> list[Finding]:
     speeds = " to ".join(significant(np.degrees(each), 3) for each in (low, high))
     text = f"all trials reach about the same speed ({speeds} deg/s): another "
     text += "damper rate and a nonlinear damper are hard to distinguish"
-    return [Finding("note", text, "one release a third as large, and one as large as the joint allows", "", one.joint)]
+    return [Finding("note", text, "one motion a third as large, and one as large as the joint allows", "", one.joint)]
 
 
 def _cut_short_findings(recordings: Sequence[Recording]) -> list[Finding]:
