@@ -87,6 +87,7 @@ def error_ratios(model: TrajectoryModel, recordings: Sequence[Recording], stage:
     weighed = refine(
         model, recordings, FitStart.at(stage.solution), "noise", weights.spread, centre=centre, points=points
     )
+    # Where that fit diverges the residuals of this one are larger: the interval is then too wide, not too narrow.
     best = weighed if np.isfinite(weighed.solution.cost) else stage
     found, _ = _noise(recordings, best.solution.predictions, "amplitude", encoder_counts(recordings))
     return np.asarray((found / weights.noise) ** 2)
