@@ -138,8 +138,8 @@ class Parameter:
     def wanted(self, value: float) -> str:
         """What a file must give instead of this value, "at least 0"; empty if it may give it.
 
-        Beside its own limits: a parameter whose prior ends at 0 or above is a size. One that is not 0 where its effect is off, nor a ratio
-        that may vanish, divides.
+        Beside its own limits: a parameter whose prior ends at 0 or above is a size. One that is not 0 where its effect
+        is off, nor a ratio that may vanish, divides.
         """
         if self.choices and value not in range(len(self.choices)):
             return " or ".join(f"{number} ({words})" for number, words in enumerate(self.choices))
