@@ -147,7 +147,10 @@ def verdict_dependence(
     if len(bench.trials) < LEAST_TRIALS:
         return VerdictDependence()
     chosen = {id(item): item for item, _ in judged.weighed[:MOST_HYPOTHESES]}
-    chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # reference for several causes
+    # References of several causes: the best single one, and what each of their own takes alone.
+    several = {key for item in chosen.values() if len(item.keys) > 1 for key in item.keys}
+    parts = [item for item in found.singles if item.keys[0] in several]
+    chosen |= {id(item): item for item in (found.none, *found.singles[:1], *parts)}
     chosen |= {id(item): item for item in _sets_with_small_causes(found, list(chosen.values()))}
     steps = {key: _step_without_each(bench, item) for key, item in chosen.items()}
     doubtful: list[tuple[float, int]] = []
