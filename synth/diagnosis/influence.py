@@ -146,12 +146,7 @@ def verdict_dependence(
     """
     if len(bench.trials) < LEAST_TRIALS:
         return VerdictDependence()
-    chosen = {id(item): item for item, _ in judged.weighed[:MOST_HYPOTHESES]}
-    # References of several causes: the best single one, and what each of their own takes alone.
-    several = {key for item in chosen.values() if len(item.keys) > 1 for key in item.keys}
-    parts = [item for item in found.singles if item.keys[0] in several]
-    chosen |= {id(item): item for item in (found.none, *found.singles[:1], *parts)}
-    chosen |= {id(item): item for item in _sets_with_small_causes(found, list(chosen.values()))}
+    chosen = {id(item): item for item in _asked_again(found, judged)}
     steps = {key: _step_without_each(bench, item) for key, item in chosen.items()}
     doubtful: list[tuple[float, int]] = []
     for i in range(len(bench.trials)):
@@ -175,6 +170,21 @@ def verdict_dependence(
     odd = _odd_recording(bench, [(item, steps.get(id(item))) for item in tried], found.several)
     names = tuple(bench.trials[i].recording.name for i in left)
     return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against, _whole_words(judged))
+
+
+def _asked_again(
+    found: Hypotheses[EvaluatedHypothesis], judged: Judgement[EvaluatedHypothesis]
+) -> list[Assessment[EvaluatedHypothesis]]:
+    """The heaviest hypotheses, and what ``judge`` weighs them by; each once.
+
+    None, the best single cause, those of several each alone, and the sets with small causes. Two causes were taken for
+    useless without each of six recordings: a third one imitates both, and neither of them alone was there to compare.
+    """
+    chosen = [item for item, _ in judged.weighed[:MOST_HYPOTHESES]]
+    together = {key for item in chosen if len(item.keys) > 1 for key in item.keys}
+    chosen += [found.none, *found.singles[:1], *(item for item in found.singles if item.keys[0] in together)]
+    chosen += _sets_with_small_causes(found, chosen)
+    return [*{id(item): item for item in chosen}.values()]
 
 
 def _odd_recording(

@@ -35,8 +35,10 @@ def settle_leading(
 
     Without those that are a simpler one there, which differs in its words only.
 
-    ``done`` : fits that are already. Leading are those that the odds prefer, and what the verdict names.
+    ``done`` : fits that are already. Leading are those that the odds prefer, and what the verdict names. Where errors
+    on unseen trials are known, they are of all that lead.
     """
+    found = _with_leading_tested(bench, found, calibration)
     chosen = {id(item): item for item in (found.none, *_leading(found, calibration))}
     still = {key: item for key, item in chosen.items() if all(item.fit is not fit for fit in done)}
     fits = settle_fits(bench, [item.fit for item in still.values()])
@@ -56,7 +58,7 @@ def settle_leading(
     return without_simpler_effects_in_disguise(bench, settled, calibration), [*done, *fits]
 
 
-def with_leading_on_unseen_trials(
+def _with_leading_tested(
     bench: Workbench, found: Hypotheses[EvaluatedHypothesis], calibration: Calibration
 ) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses, those that lead with their errors on unseen trials, if the nominal leg's are known.

@@ -106,6 +106,25 @@ def test_a_recording_that_alone_shows_a_further_cause_is_not_said_to_contradict(
         assert told in odd.text, odd.text
 
 
+def test_causes_of_a_set_are_weighed_beside_their_parts() -> None:
+    """A third cause that imitates both leads; without each of theirs alone they seem to take nothing beside it."""
+    _, found = assessed_of(with_effects(off(TWO, 4), FRICTION), (0,), "coulomb_friction")
+    friction = found.singles[0]
+    parts = [replace(friction, fit=cause_alone(friction, key)) for key in (("latency", "hip"), ("latency", "knee"))]
+    both = replace(friction, fit=cause_alone(friction, *(item.fit.keys[0] for item in parts)))
+    every = replace(found, singles=(friction, *parts), several=(both,))
+    only = Judgement("effect", both, (), (), 0.0, 0.0, ((both, 1.0),))
+    asked = influence._asked_again(every, only)
+    assert [item.keys for item in asked].count(both.keys) == 1
+    assert {item.keys for item in asked} == {(), friction.keys, both.keys, *(item.keys for item in parts)}
+
+
+def cause_alone(like: Assessment[EvaluatedHypothesis], *keys: tuple[str, str]) -> EvaluatedHypothesis:
+    """The designed leg with these causes at their starts."""
+    causes = [each for key in keys for each in FOUND if each.key == key]
+    return replace(like.fit, hypothesis=()).beside(causes, [each.starts()[0] for each in causes])
+
+
 def test_one_step_without_a_recording_determines_a_shape_as_a_fit_without_it() -> None:
     """One of four slipped: without it the residuals are small, and the shape is determined far better."""
     built = with_effects(off(TWO, 4), {"hip": {"quadratic_damping": {"coefficient": 0.05}}})

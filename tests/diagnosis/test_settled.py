@@ -16,6 +16,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, n
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.restarts import refine
 from synth.diagnosis.settled import LARGEST_FALL_LEFT, settle_fits, settle_leading
+from synth.diagnosis.unseen import errors_on_unseen_trials, with_unseen_errors
 from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 
@@ -72,3 +73,17 @@ def test_the_hypotheses_in_the_answer_are_settled_once() -> None:
     again, still = settle_leading(bench, made, CALIBRATED, done)
     assert again.none is made.none
     assert len(still) == len(done)
+
+
+def test_what_leads_is_tested_on_unseen_trials() -> None:
+    """A cause that no unseen trial had tested was "unknown" at 0.5 for that alone."""
+    bench, designed, (first, _) = two_fits()
+    none, single = (Assessment(fit, fit.cost, rms_over_noise(bench, fit)) for fit in (designed, first))
+    untested, _ = settle_leading(bench, Hypotheses(none, (single,), ()), CALIBRATED)
+    assert untested.singles[0].unseen is None  # nor is the nominal leg: it would have nothing to compare with
+    tested = with_unseen_errors(bench, untested, CALIBRATED)
+    cut = replace(tested, singles=(replace(tested.singles[0], unseen=None),))
+    made, _ = settle_leading(bench, cut, CALIBRATED)
+    assert made.singles[0].unseen is not None
+    (expected,) = errors_on_unseen_trials(bench, [made.singles[0].fit])
+    np.testing.assert_allclose(made.singles[0].unseen.by_trial, expected.by_trial, rtol=0.05)

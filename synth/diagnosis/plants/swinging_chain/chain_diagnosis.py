@@ -49,7 +49,7 @@ from synth.diagnosis.poor_trials import no_better
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.score import score
 from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on
-from synth.diagnosis.settled import settle_leading, with_leading_on_unseen_trials
+from synth.diagnosis.settled import settle_leading
 from synth.diagnosis.unseen import with_unseen_errors
 from synth.diagnosis.verdict import Judgement, open_explanations, rivals_with_doubt, with_coarse_counts
 from synth.diagnosis.workbench import Workbench
@@ -143,8 +143,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         say("trials left out")
         found = with_unseen_errors(bench, found, odds)
         say("small causes beside the leading ones")
-        found = with_leading_on_unseen_trials(bench, with_companions(bench, found, odds), odds)
-        return settle_leading(bench, found, odds, done)[0]
+        return settle_leading(bench, with_companions(bench, found, odds), odds, done)[0]
 
     def designed(self) -> EvaluatedHypothesis:
         """The unchanged nominal leg."""
