@@ -179,13 +179,14 @@ def judge(
     """
     fitted = [found.none, *found.singles, *found.several]
     hypotheses = hypotheses_that_pay(fitted, calibration)
+    beyond = probability_beyond_accuracy(found.none.above / motion, calibration)
     weights = _weights_by_removal(
-        hypotheses, posterior_weights_beside(hypotheses, fitted, found.small, calibration, singles)
+        hypotheses, posterior_weights_beside(hypotheses, fitted, found.small, calibration, singles), beyond
     )
     weights = _simpler_of_equal(hypotheses, weights)
     heaviest = _heaviest_index(hypotheses, weights)
     best = hypotheses[heaviest]
-    unexplained = max(1.0 - float(weights[0]), probability_beyond_accuracy(found.none.above / motion, calibration))
+    unexplained = max(1.0 - float(weights[0]), beyond)
     unknown = probability_of_unknown(hypotheses, best, unexplained, free, calibration)
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
@@ -241,8 +242,13 @@ def _simpler_of_equal(hypotheses: Sequence[Assessment[F]], weights: Array) -> Ar
     return kept
 
 
-def _weights_by_removal(hypotheses: Sequence[Assessment[F]], weights: Array) -> Array:
-    """The weights; far from the noise, a hypothesis that removes too little of the gap mostly supports none."""
+def _weights_by_removal(hypotheses: Sequence[Assessment[F]], weights: Array, beyond: float) -> Array:
+    """The weights; far from the noise, a hypothesis that removes too little of the gap mostly supports none.
+
+    Where others remove enough, none has at most what ``beyond``, the probability that the gap is more than a model's
+    accuracy, leaves: that nothing is missing is then refuted by the gap, however many numbers its explanation has. They
+    share the rest by their weights.
+    """
     far, none = far_share(hypotheses), hypotheses[0]
     if far == 0.0 or none.keys:
         return weights
@@ -250,6 +256,11 @@ def _weights_by_removal(hypotheses: Sequence[Assessment[F]], weights: Array) -> 
     little = np.array([bool(h.keys) and _mean_share(h, none) < least for h in hypotheses])
     kept = weights * np.where(little, 1.0 - far * (1.0 - WEIGHT_OF_LITTLE), 1.0)
     kept[0] += weights.sum() - kept.sum()
+    enough = np.array([bool(h.keys) for h in hypotheses]) & ~little
+    most = 1.0 - far * beyond
+    if float(kept[enough].sum()) > 0.0 and kept[0] > most:
+        kept[enough] *= 1.0 + (kept[0] - most) / kept[enough].sum()
+        kept[0] = most
     return np.asarray(kept)
 
 

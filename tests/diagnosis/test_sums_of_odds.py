@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from diagnosis.test_influence import FOUND
 from diagnosis.test_unseen import DRAG, FRICTION, OFFSET, SCALE, assessed, cause, held_out_error, with_fitted
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.remainder import Remainder
-from synth.diagnosis.unknown_cause import least_removed_share
+from synth.diagnosis.unknown_cause import least_removed_share, probability_beyond_accuracy
 from synth.diagnosis.verdict import (
     CALIBRATED,
     Judgement,
@@ -180,6 +181,22 @@ def test_a_third_of_the_gap_suffices_however_the_trials_scatter() -> None:
                          for share, with_it in ((1.0, ()), (left, (FRICTION,))))  # fmt: skip
         judged = judge(Hypotheses(before, (after,), ()), CALIBRATED)
         assert (judged.verdict == "none") is (verdict == "none")
+
+
+@pytest.mark.parametrize("left", [250.0, 300.0, 900.0])
+def test_where_causes_help_none_is_no_likelier_than_a_model_that_errs_so_much(left: float) -> None:
+    """The many numbers of two parts that yield are no reason to take a thirtieth of the motion for nothing missing."""
+    base = [each for each in FOUND if each.key[0] == "base_compliance"]
+    singles = (far_off(950.0, base[0]), far_off(960.0, base[1]))
+    found = Hypotheses(far_off(1000.0), singles, (far_off(left, *base[:2]),))
+    judged, unweighed = (judge(found, CALIBRATED, motion=motion) for motion in (3e4, np.inf))
+    most = 1.0 - probability_beyond_accuracy(1 / 30, CALIBRATED)
+    assert unweighed.none > most
+    if left == 900.0:  # they do not help
+        assert judged.none + judged.unknown > 0.95
+    else:
+        assert judged.none <= most
+        assert judged.share(base[0].key) >= 0.9 * (1.0 - judged.unknown)
 
 
 def test_a_remainder_is_mostly_where_more_than_half_of_it_is() -> None:
