@@ -59,15 +59,13 @@ def section_area(form: Form, size: float, grow: float = 0.0) -> float:
 
 
 def milled_area(form: Form, size: float, diameter: float) -> float:
-    """Area (mm^2) of a section milled from a round rod."""
+    """Area (mm^2) of a section milled from a round rod: what both have in common."""
     radius = diameter / 2
     if form == "round":
         return math.pi * radius**2
-    if form == "d":
-        return math.pi * radius**2 - _segment(radius, flat_distance(form, size))
     if circumradius(form, size) <= radius:
         return section_area(form, size)
-    return math.pi * radius**2 - SIDES[form] * _segment(radius, size / 2)
+    return math.pi * radius**2 - SIDES.get(form, 1) * _segment(radius, flat_distance(form, size))
 
 
 def _segment(radius: float, distance: float) -> float:

@@ -254,7 +254,10 @@ def _seat_plate(
     pocket = bearing_pocket(dimensions) + RIM + screw.hole / 2
     radius = max(LEAST_SCALE, hub + aside, outer + aside, pocket, (screw.hole / 2 + RIM) / math.sin(between))
     if dimensions.springs == 2:  # there the heads are sunk, and their grooves end beside the marks
-        radius = max(radius, (screw.washer / 2 + SUNK_ASIDE) / math.sin(between))
+        groove = screw.washer / 2 + SUNK_ASIDE
+        radius = max(radius, groove / math.sin(between))
+        if ear_of(dimensions) - sunk_depth(screw) - dimensions.hardware.bearing.width - BEARING_SUNK < RIM:
+            radius = max(radius, bearing_pocket(dimensions) + RIM + groove)  # no floor between groove and bearing
         circle, beside = dimensions.damper.bolt_circle / 2, beside_damper(dimensions, screw)
         # They are put in when the damper's sleeve is on: inside it, which is open below, or outside.
         if abs(circle - radius) < beside or radius + aside > bracket_bore(dimensions):

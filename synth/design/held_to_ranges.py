@@ -20,6 +20,7 @@ from synth.design.part_sets import PartSet
 from synth.design.response import WantedRelease
 from synth.design.stated_range import StatedRange
 from synth.design.stop_places import ASKED_STOP
+from synth.remarks import decisive
 from synth.swing.effects import joint_stop
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import rest_pose
@@ -29,6 +30,7 @@ STIFFER = 200.0  # of the spring's own rate: a joint leans a 200th of its spring
 # s/rad: at most its inverse in rad/s comes back of an impact (Hunt & Crossley). With it and STIFFER a joint that meets
 # its stop at 7 rad/s stays within 0.2 deg of MuJoCo with mjcf.HARD, whose limits hardly rebound either.
 DAMPING = 2.5
+FAR_OFF = 2.0  # deg RMS of one joint: below the 3 deg of select.within, which is of all joints together
 
 
 def stated_ranges(design: LegDesign) -> tuple[StatedRange, ...]:
@@ -58,8 +60,19 @@ def held_to_ranges(design: LegDesign) -> LegDesign:
     """The design with its stated ranges: warnings, and stops in its motions and forecasts where they act."""
     ranges = stated_ranges(design)
     said = tuple((item.joint, text) for item in ranges for text in item.warnings())
-    design = replace(design, ranges=ranges, warnings=(*said, *design.warnings))
-    acting = {item.joint: item.stops for item in ranges if item.stopped}
+    design = _with_stops_acting(replace(design, ranges=ranges))
+    return replace(design, warnings=(*said, *_far_off(design), *design.warnings))
+
+
+def _far_off(design: LegDesign) -> tuple[tuple[str, str], ...]:
+    """Joint and warning for each joint whose motion, with the stops that act, is far from the wanted one."""
+    found = zip(design.built.joint_names, np.degrees(design.errors), strict=True)
+    words = "{}: the built leg will move {:.1f} deg (RMS) off the wanted motion"
+    return tuple((name, decisive(words.format(name, off))) for name, off in found if off > FAR_OFF)
+
+
+def _with_stops_acting(design: LegDesign) -> LegDesign:
+    acting = {item.joint: item.stops for item in design.ranges if item.stopped}
     if not acting:
         return design
     joints = tuple(

@@ -287,7 +287,7 @@ def _with_part_numbers(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoic
 def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None, str]]:
     """Warnings on fits, parts and motion, each with its joint."""
     project, target, refit, wanted = design.project, design.target, design.refit, design.wanted
-    dampers, springs, laws, errors = design.dampers, design.springs, design.laws, design.errors
+    dampers, springs, laws = design.dampers, design.springs, design.laws
     warnings: list[tuple[str | None, str]] = []
     names = project.target.joint_names
     speeds = reached_speeds(design.built_motions, [release.time for release in wanted.releases])
@@ -307,9 +307,6 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)
         texts += laws[name].warnings if name in laws else []
         texts += _rate_warning(name, target, refit)
-        if errors[j] > np.radians(2.0):
-            off = f"{degrees(errors[j]):.1f} deg (RMS) off the wanted motion"
-            texts.append(decisive(f"{name}: the built leg will move {off}"))
         warnings += [(name, text) for text in texts]
     for text in (*target.not_separable, *target.warnings):
         warnings.append((joint_of(text), text))

@@ -131,14 +131,39 @@ def same_links(one: Leg, other: Leg, within: float = SAME_LINK) -> bool:
     return all(_difference(first.link, second.link) < within for first, second in pairs)
 
 
+def midway_links(one: Leg, other: Leg) -> Leg:
+    """The first leg with links that have the mean mass, centre and inertia about the joint of both legs' bodies."""
+    joints = []
+    for joint, beside in zip(one.joints, other.joints, strict=True):
+        mean = combined_body(link_body(each.link).share(0.5) for each in (joint, beside)).link(joint.link.length)
+        joints.append(replace(joint, link=replace(mean, includes=joint.link.includes)))
+    return replace(one, joints=tuple(joints))
+
+
+def turns_back(first: Leg, second: Leg, third: Leg) -> bool:
+    """Whether links that changed from the ``first`` leg to the ``second`` change back, on the whole, to the ``third``.
+
+    By the sum over links of the products of both changes of mass, centre and inertia about the joint, each relative as
+    in ``_difference``.
+    """
+    product = 0.0
+    for joints in zip(first.joints, second.joints, third.joints, strict=True):
+        one, two, three = (_relative(joint.link, joints[1].link) for joint in joints)
+        product += sum((b - a) * (c - b) for a, b, c in zip(one, two, three, strict=True))
+    return product < 0.0
+
+
+def _relative(link: Link, other: Link) -> tuple[float, float, float]:
+    """Mass, centre and inertia about the joint of a link relative to those of another; its centre in radii of gyration
+    of the other about the joint.
+    """
+    about = link_body(other).about_hinge
+    return link.mass / other.mass, link.com / sqrt(about / other.mass), link_body(link).about_hinge / about
+
+
 def _difference(one: Link, other: Link) -> float:
     """The largest relative difference of two links' figures; of the centre in radii of gyration about the joint."""
-    about = link_body(other).about_hinge
-    return max(
-        abs(one.mass / other.mass - 1.0),
-        abs(link_body(one).about_hinge / about - 1.0),
-        abs(one.com - other.com) / sqrt(about / other.mass),
-    )
+    return max(abs(a - b) for a, b in zip(_relative(one, other), _relative(other, other), strict=True))
 
 
 STATE = "State the link's mass properties and what they include: `link: {..., includes: none}`."

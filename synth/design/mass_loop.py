@@ -6,6 +6,10 @@ links carry. A spring to wind keeps its wire diameter from round to round if pos
 could alternate for ever. The first round starts from each joint's best single parts and does not evaluate substitutes,
 which halves its cost.
 
+Heavy links may ask for parts that leave them light, and light ones for heavy parts. Once the links of a round turn back
+towards those of the round before, each further round begins midway between its last links and those that its parts
+give. Where no round settles, the best is taken, each with its own parts' masses.
+
 Masses here are those of facets (``cad.facets``), within 1e-5 of the solids that are drawn at the end; what is reported
 is the masses of those solids. Joints whose dimensions did not change are not weighed again.
 """
@@ -28,7 +32,16 @@ from synth.design.leg_design import (
     known_beforehand,
     with_report_figures,
 )
-from synth.design.link_masses import SAME_LINK, BuiltLink, built_links, link_warnings, same_links, with_links
+from synth.design.link_masses import (
+    SAME_LINK,
+    BuiltLink,
+    built_links,
+    link_warnings,
+    midway_links,
+    same_links,
+    turns_back,
+    with_links,
+)
 from synth.design.part_masses import PartMass, Pieces, unknown_parts
 from synth.design.solid_work import joint_masses
 from synth.errors import Problem, UserError
@@ -78,7 +91,8 @@ def _rounds(
 ) -> LegDesign:
     """Choose parts and compute masses until the chosen parts, or nearly their masses, are those of the links."""
     target, labels = start
-    held = LastChoice()
+    before, held, alternating = project.target, LastChoice(), False
+    tried: list[tuple[LegDesign, Leg]] = []  # rounds that know the substitutes of their parts, and the links they draw
     for count in range(1, MOST_ROUNDS + 1):
         effort: Effort = "chosen" if count > 1 else "found"
         design = design_for(project, catalogue, known, target, stage, effort=effort, held=held, drawn=True)
@@ -88,8 +102,14 @@ def _rounds(
         settled = count > 1 and same_links(target, carrying, within)
         if settled:
             break
-        target, labels, held = carrying, design.sets.chosen.labels, _last(design)
+        if count > 1:
+            tried.append((design, carrying))
+            alternating = alternating or turns_back(before, target, carrying)
+        before, labels, held = target, design.sets.chosen.labels, _last(design)
+        target = midway_links(target, carrying) if alternating else carrying
     rounds = MassRounds(count, settled)
+    if not settled:
+        design = _best_as_drawn(tried)
     design = scales.settled(replace(design, project=project, rounds=rounds), catalogue)
     if not settled:
         design = _judged_as_drawn(design)
@@ -97,10 +117,29 @@ def _rounds(
     return replace(design, warnings=(*design.warnings, *_unsettled_sentences(rounds)))
 
 
+def _best_as_drawn(tried: Sequence[tuple[LegDesign, Leg]]) -> LegDesign:
+    """Of rounds, each with the links that its parts give, that whose leg is expected to move nearest to the last one's
+    wanted motion.
+    """
+    wanted = tried[-1][0].wanted
+
+    def expected(design: LegDesign, carrying: Leg) -> float:
+        project = design.project
+        judge = Judge(wanted, _on_links(design.sets.leg, carrying), project.parts, project.fit.seed)
+        return judge.expected(design.sets.chosen.pairs)
+
+    return min(tried, key=lambda each: expected(*each))[0]
+
+
+def _on_links(leg: Leg, other: Leg) -> Leg:
+    """A leg with the links of another one."""
+    joints = zip(leg.joints, other.joints, strict=True)
+    return replace(leg, joints=tuple(replace(joint, link=own.link) for joint, own in joints))
+
+
 def _judged_as_drawn(design: LegDesign) -> LegDesign:
-    """The design with forecasts and costs of its parts on its drawn links; those of the last round had other links."""
-    joints = zip(design.sets.leg.joints, design.built.joints, strict=True)
-    leg = replace(design.sets.leg, joints=tuple(replace(joint, link=drawn.link) for joint, drawn in joints))
+    """The design with forecasts and costs of its parts on its drawn links; those of its round had other links."""
+    leg = _on_links(design.sets.leg, design.built)
     judge = Judge(design.wanted, leg, design.project.parts, design.project.fit.seed)
     sets = design.sets.judged_by(judge, design.springs.chosen)
     return replace(design, sets=sets, springs=sets.springs, dampers=sets.dampers)
@@ -120,9 +159,9 @@ def _unsettled_sentences(rounds: MassRounds) -> list[tuple[str | None, str]]:
         (
             None,
             decisive(
-                f"after {rounds.count} rounds the choice of parts still changes with the links' masses; the parts of "
-                "the last round are taken. Responses and costs are those with their masses, with which other parts may "
-                "be better",
+                f"after {rounds.count} rounds the choice of parts still changes with the links' masses; of the rounds' "
+                "parts those are taken that do best with their own masses. Responses and costs are those with these "
+                "masses, with which other parts may be better",
                 "To fix a part, name it by its part number (part) or its wire.",
             ),
         )

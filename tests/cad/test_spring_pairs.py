@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from manifold3d import Manifold
 
@@ -21,8 +22,9 @@ from synth.cad.checks import check_joint
 from synth.cad.damper_bracket import build_bracket
 from synth.cad.damper_side import sleeve_of
 from synth.cad.hardware import screw_of
-from synth.cad.hinge import build_lower
+from synth.cad.hinge import build_lower, build_upper, pocket_depth
 from synth.cad.joint import BuiltJoint, assemble, build_joint
+from synth.cad.layout import sunk_depth
 from synth.cad.parts import mesh_of
 from synth.cad.play import find_play
 from synth.cad.strength import stresses
@@ -121,6 +123,26 @@ def test_the_second_seats_screws_are_put_in_beside_the_damper_s_sleeve(damper: t
     for x, y in layout.plate.screws:
         way = washer.translate((x, y, -layout.bracket_height))
         assert [(way.rotate((0.0, 0.0, turn)) ^ bracket).volume() for turn in turns] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("shaft", [12.0, 20.0])
+def test_print_is_left_between_the_second_seat_s_grooves_and_the_bearing(shaft: float) -> None:
+    """Measured on the solid: beside a damper wider than the grooves' circle the washers lay 0.85 mm in the bearing."""
+    joint = replace(
+        PAIR, spring=SpringDimensions(4.0, 36.0, 6.17, 120.0), damper=DamperDimensions(60.0, 20.0, 110.0),
+        link_width=40.0, tube_wall=3.0, link_length=500.0, shaft_diameter=shaft,
+    )  # fmt: skip
+    joint = cleared(joint)
+    layout = lay_out(joint)
+    ear, deep, sunk = layout.ear, pocket_depth(joint), sunk_depth(screw_of(layout.seat.screw))
+    assert sunk + deep > ear  # along the hinge, groove and pocket overlap
+    height = -layout.gap_a - (deep + ear - sunk) / 2
+    body = manifold(mesh_of(build_upper(joint, layout)))
+    for x, y in layout.plate.screws:
+        hits = body.ray_cast((0.0, 0.0, height), (2 * x, 2 * y, height))
+        assert len(hits) >= 2  # the pocket's wall, and the groove's
+        pocket, groove = (float(np.hypot(*hit.position[:2])) for hit in hits[:2])
+        assert groove - pocket > 1.55
 
 
 @pytest.mark.parametrize("springs", [0, 3, 1.5])

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cad_joints import cleared
-from synth.cad import DamperDimensions, JointDimensions, SpringDimensions
+from synth.cad import DamperDimensions, JointDimensions, SpringDimensions, kernel
+from synth.cad.arm_shaft import build_pin, cross_hole
 from synth.cad.checked_layout import lay_out
 from synth.cad.joint import BuiltJoint, assemble
 from synth.cad.near_body import NearBody
-from synth.cad.parts import Mesh
+from synth.cad.parts import BuiltPart, Mesh, mesh_of
 from synth.cad.pose import loaded_line
-from synth.cad.travel import Bodies, check_spring_room, first_contact, poses, turn_solid
+from synth.cad.travel import Bodies, check_spring_room, check_within, first_contact, poses, turn_solid
 
 
 @pytest.fixture(scope="module")
@@ -169,3 +171,19 @@ def test_a_cut_is_made_again_for_a_box_that_it_does_not_hold(knee):
     assert near.within(low - 1.0, high) is first
     assert near.within(low - 30.0, high).volume() > first.volume()
     assert near.within(low - 30.0, high) is near.within(low, high)
+
+
+@pytest.mark.parametrize(("aside", "passed"), [(0.0, True), (0.05, False)])
+def test_chords_of_a_thick_pin_in_its_hole_are_no_overlap(aside, passed):
+    """6 x 60 mm, of a shaft of 20 mm: the meshes have 0.056 mm^3 in common, the solids none; 0.05 mm aside, 12."""
+    hole = cross_hole(0.0, 3.0, 100.0, 17.0)
+    hub = kernel.cylinder(31.0, 40.0, (0.0, 0.0, -20.0)).cut(kernel.cylinder(10.0, 50.0, (0.0, 0.0, -25.0)), hole)
+    solids = {"hub": hub.Solids()[0], "pin": build_pin(6.0, 60.0, aside, 17.0)}
+    parts = [
+        BuiltPart(name, "pin", "lower", solid, mesh_of(solid), False, None, "bought") for name, solid in solids.items()
+    ]
+    meshes = {part.name: part.mesh.manifold for part in parts}
+    assert (meshes["hub"] ^ meshes["pin"]).volume() > 0.05
+    (check,) = check_within(SimpleNamespace(parts={"lower": parts}, solids=meshes))
+    assert check.passed is passed
+    assert passed or check.value > 10.0

@@ -12,7 +12,7 @@ import pytest
 from cad_joints import cleared
 from synth.cad import JointDimensions, LegDimensions, MountDimensions, SpringDimensions
 from synth.cad.leg_joints import build_leg_of_facets
-from synth.design.link_masses import built_links, link_warnings, same_links, with_links
+from synth.design.link_masses import built_links, link_warnings, midway_links, same_links, turns_back, with_links
 from synth.design.mass_loop import NEAR_JOINTS, pieces_of, same_but_for
 from synth.design.part_masses import ASSUMED, SOLID, PartMass, Pieces, mass_from, mass_json, masses_of, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
@@ -194,3 +194,20 @@ def test_joints_are_weighed_again_only_after_a_relevant_change() -> None:
         replace(hip, mount=MountDimensions()),
     ):
         assert not same_but_for(hip, other, NEAR_JOINTS)
+
+
+def test_midway_links_have_the_mean_mass_centre_of_mass_and_inertia_about_the_joint() -> None:
+    one, other = leg("joint"), leg("joint", 0.24, 0.02, 1e-4)
+    made = midway_links(one, other).joints[1].link
+    assert made.mass == pytest.approx(0.16)
+    assert made.com == pytest.approx((0.08 * 0.1 + 0.24 * 0.02) / 0.32)
+    about = [link_body(each.joints[1].link).about_hinge for each in (one, other)]
+    assert link_body(made).about_hinge == pytest.approx(sum(about) / 2)
+
+
+def test_links_turn_back_where_the_second_change_is_against_the_first() -> None:
+    light, middle, heavy = (leg("joint", mass) for mass in (0.08, 0.12, 0.2))
+    assert turns_back(light, heavy, middle)
+    assert turns_back(heavy, light, middle)
+    assert not turns_back(light, middle, heavy)
+    assert not turns_back(light, middle, middle)

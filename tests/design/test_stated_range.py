@@ -60,6 +60,14 @@ def test_what_a_stated_range_leaves_out_is_told(leaning: LegDesign) -> None:
     assert "it is drawn at that end of its range" in told[1]
 
 
+def test_the_error_that_is_told_has_the_stops(leaning: LegDesign) -> None:
+    """It was that of a leg without stops, which moved nearly as wanted: nothing was told."""
+    (error,) = np.degrees(leaning.errors)
+    assert error > 5.0
+    told = [str(text) for _, text in leaning.warnings if "the built leg will move" in text]
+    assert told == [f"knee: the built leg will move {error:.1f} deg (RMS) off the wanted motion"]
+
+
 def test_the_built_leg_and_its_forecasts_stop_at_the_stops(wide: LegDesign, leaning: LegDesign) -> None:
     """Released at 210 deg it starts from the stop at 206.5, swings to that at 173.5 and stays there."""
     motion = np.degrees(leaning.built.to_measured(leaning.built_motions[0]))[:, 0]

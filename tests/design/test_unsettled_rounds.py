@@ -13,6 +13,12 @@ import pytest
 from design.one_joint import designed
 from synth.design import mass_loop
 from synth.remarks import severity_of
+from synth.swing.leg_model import Leg
+
+
+def _heavier(leg: Leg, factor: float) -> Leg:
+    links = [replace(j.link, mass=factor * j.link.mass, inertia=factor * j.link.inertia) for j in leg.joints]
+    return replace(leg, joints=tuple(replace(j, link=k) for j, k in zip(leg.joints, links, strict=True)))
 
 
 def _weigh_wrongly(monkeypatch: pytest.MonkeyPatch, factors: Iterable[float]) -> None:
@@ -20,9 +26,7 @@ def _weigh_wrongly(monkeypatch: pytest.MonkeyPatch, factors: Iterable[float]) ->
     found, left = mass_loop.JointWeights.on_links, iter(factors)
 
     def wrong(self: Any, design: Any) -> Any:
-        leg, factor = found(self, design), next(left)
-        links = [replace(j.link, mass=factor * j.link.mass, inertia=factor * j.link.inertia) for j in leg.joints]
-        return replace(leg, joints=tuple(replace(j, link=k) for j, k in zip(leg.joints, links, strict=True)))
+        return _heavier(found(self, design), next(left))
 
     monkeypatch.setattr(mass_loop.JointWeights, "on_links", wrong)
 
@@ -54,3 +58,31 @@ def test_the_same_parts_on_other_links_are_chosen_again(tmp_path: Path, monkeypa
     """A wire of one label gets other coils as the links change, which settled the rounds at a link 16 % off."""
     _weigh_wrongly(monkeypatch, (1.0, 1.0, 1.05, 1.05))
     assert designed(tmp_path, amplitude=30, frequency=2).rounds == mass_loop.MassRounds(3, settled=True)
+
+
+@pytest.mark.slow
+def test_rounds_whose_links_turn_back_begin_midway(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here parts and masses agree at links of 3 times their mass; the rounds alternated between 1 and 7 times.
+
+    The rate that a swing wants is in proportion to the link's mass.
+    """
+    found, rates = mass_loop.JointWeights.on_links, []
+
+    def lighter_with_a_stiffer_spring(self: Any, design: Any) -> Any:
+        rates.append(design.springs.chosen[0].rate)
+        return _heavier(found(self, design), min(max(9.0 - 2.0 * rates[-1] / rates[0], 1.0), 7.0))
+
+    monkeypatch.setattr(mass_loop.JointWeights, "on_links", lighter_with_a_stiffer_spring)
+    design = designed(tmp_path, amplitude=30, frequency=2)
+    assert rates[1] > 7.0 * rates[0]
+    assert rates[2] < 1.5 * rates[0]
+    assert rates[-1] / rates[0] == pytest.approx(3.0, rel=0.2)
+    assert design.springs.chosen[0].rate / rates[0] == pytest.approx(3.0, rel=0.4)
+
+
+def test_of_unsettled_rounds_the_best_with_its_own_masses_is_taken(tmp_path: Path) -> None:
+    """The last was taken, though its links were six times as heavy as those for which its parts were chosen."""
+    one = designed(tmp_path, amplitude=30, frequency=2, solids=False)
+    other, leg = replace(one), one.sets.leg
+    assert mass_loop._best_as_drawn([(one, leg), (other, _heavier(leg, 6.0))]) is one
+    assert mass_loop._best_as_drawn([(one, _heavier(leg, 6.0)), (other, leg)]) is other
