@@ -114,6 +114,7 @@ PLAIN_BELOW = 1e6  # numbers in sentences have no power of ten below it, as on t
 TEXT_LIMIT = 100  # characters of a quantity; real ones are far shorter
 # A product of names with one-digit powers, which pint can always evaluate safely. Matched token by token,
 # because a single pattern for the whole text backtracks exponentially on a long word.
+_GRAD = re.compile(r"(?<![a-z])grad(?![a-z])", re.IGNORECASE)  # a degree in German; pint reads Grad as giga-radian
 _TOKEN = re.compile(r"[A-Za-zµμΩ_]+0?(?: ?(?:\*\*|\^)-?[1-9](?!\d))?|1(?=\s*/)|\*(?!\*)|[()/ ]")
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*\[([^\[\]]*)\]\s*")
 
@@ -292,6 +293,9 @@ def _by_pint(plain: str, text: str) -> _Unit:
     """Size and dimension according to pint; ``text`` as the user wrote it."""
     if len(plain) > TEXT_LIMIT or "".join(_TOKEN.findall(plain)) != plain:
         raise UserError(f"{_shown(text)} cannot be read as a unit; write it like N*m/rad or kg*m^2")
+    if grad := _GRAD.search(plain):
+        how = "write deg for degrees; a gradian is 0.9 deg"
+        raise UserError(f"{_shown(grad[0])} in {_shown(text)} is not accepted as a unit: {how}")
     import pint
 
     registry = _registry()

@@ -120,6 +120,9 @@ def test_reads_quantities(text: object, unit: str, value: float) -> None:
         (None, "m", ["no value", "200 mm"]),
         ("mm", "m", ["not a number"]),
         ("5 m*", "m", ["cannot be read as a unit"]),
+        ("90 Grad", "rad", ['"Grad" in "Grad" is not accepted', "write deg for degrees; a gradian is 0.9 deg"]),
+        ("0.4 N*m/Grad", "N*m/rad", ['"Grad" in "N*m/Grad" is not accepted', "write deg"]),
+        ("100 grad", "rad", ['"grad" in "grad" is not accepted', "a gradian is 0.9 deg"]),
         ("1.2.3 m", "m", ["not a number"]),
     ],
 )

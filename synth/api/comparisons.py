@@ -16,7 +16,7 @@ from synth.comparison.compare_sides import compare as _compare
 from synth.comparison.opened import open_sides
 from synth.comparison.side import ComparedMotion, Side
 from synth.comparison.side_source import RESULTS, Source
-from synth.files.output import sha256_file
+from synth.files.run_manifest import sha256_file
 from synth.parts.resolver import resolver
 from synth.swing.foreign_effects import own_hashes
 from synth.swing.leg_model import Leg

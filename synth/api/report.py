@@ -127,11 +127,14 @@ class Report(ABC):
         Raises
         ------
         UserError
-            If the folder holds other files than an earlier run's, or cannot be written.
+            If the folder holds other files than an earlier run's, one that was changed since or that the result was
+            made of, or cannot be written.
         """
+        from synth.files.input_hashes import input_files
         from synth.files.output import output_folder
 
-        with output_folder(folder) as made:
+        project = getattr(self, "project", None)
+        with output_folder(folder, inputs=[] if project is None else input_files(project)) as made:
             self.write(made)
         return Path(folder)
 

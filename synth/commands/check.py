@@ -92,8 +92,8 @@ def _check_file(file: str, progress: Progress) -> ModelChecks:
 
 def _leg(file: str, progress: Progress) -> ModelChecks:
     from synth.files.leg_file import read_leg
-    from synth.files.output import sha256_file
     from synth.files.paths import name_from
+    from synth.files.run_manifest import sha256_file
     from synth.fit.leg_plausibility import leg_doubts
     from synth.model_checks.checked import ModelChecks
     from synth.model_checks.other_engine import same_release

@@ -12,7 +12,7 @@ All legs are simulated from the same starts: those of the first recordings among
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     with progress.stage("opening the sides"):
         sides = open_compared(sources, leg=leg, time_scales=scales)
         starts = _starts(arguments.start, sides)
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out, inputs=_files(sources)) as folder:
         progress.compiling(len(sides[0].leg.joints), effects=any(_needs_effects(side) for side in sides))
         found = compare_opened(
             sides, sources, reference=arguments.reference, stretch=stretch, starts=starts, stage=progress.stage
@@ -113,6 +113,13 @@ def _rates(joint: Mapping[str, Any] | None) -> str:
 def _needs_effects(side: Side) -> bool:
     """Whether the leg has effects beyond springs, linear dampers and gravity."""
     return bool(side.leg.effects) or any(j.effects or (j.damper and j.damper.curve) for j in side.leg.joints)
+
+
+def _files(sources: Sequence[Source]) -> list[Path]:
+    """The files that are compared, of a folder its result."""
+    from synth.comparison.side_source import RESULTS
+
+    return [source.path / name if source.path.is_dir() else source.path for source in sources for name in RESULTS]
 
 
 def _scales(written: str | None, sources: list[Source]) -> tuple[float, ...]:

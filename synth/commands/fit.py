@@ -45,6 +45,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
     from synth.api.fitting import check_project, fit_checked, read_fit
     from synth.commands.answers import fit_text, tell
+    from synth.files.input_hashes import input_files
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
 
@@ -54,7 +55,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if arguments.dry_run:
         progress.say(_usable(arguments.file, given))
         return 0
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out, inputs=input_files(project)) as folder:
         progress.compiling(len(project.leg.joints), effects=given.needs_effects)
         found = fit_checked(given, stage=progress.stage)
         with progress.stage("writing"):

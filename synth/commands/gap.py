@@ -93,6 +93,7 @@ def _refuse(arguments: argparse.Namespace, *, jumps: bool) -> None:
 def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.api.gaps import gap, read_gap, with_checked_trials
     from synth.commands.answers import gap_text, tell
+    from synth.files.input_hashes import input_files
     from synth.files.output import output_folder
 
     with progress.stage("reading the project"):
@@ -112,7 +113,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
             progress.say(f"note: {sentence}")
         progress.say(f"{arguments.file} is valid: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out, inputs=input_files(project)) as folder:
         progress.compiling(len(project.leg.joints))
         found = gap(given, stage=progress.stage)
         with progress.stage("writing"):

@@ -34,10 +34,11 @@ def run_check(arguments: argparse.Namespace, progress: Progress, project: GapPro
         found = check(project, say)
     document = found.as_json()
     if arguments.out:
+        from synth.files.input_hashes import input_files
         from synth.files.output import output_folder, write_json
         from synth.reports import write_check_report
 
-        with output_folder(arguments.out) as folder:
+        with output_folder(arguments.out, inputs=input_files(project)) as folder:
             write_json(folder / "check.json", document)
             write_check_report(folder)
     if progress.as_json:

@@ -14,6 +14,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and diagnose; write ``gap.json``, predictions and a report."""
     from synth.api.jump_gaps import jump_gap, read_jump_gap
     from synth.commands.answers import gap_text, tell
+    from synth.files.input_hashes import input_files
     from synth.files.output import output_folder
 
     with progress.stage("reading the project"):
@@ -23,7 +24,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
             progress.say(f"note: {text}")
         progress.say(f"{arguments.file} is valid: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out, inputs=input_files(project)) as folder:
         found = jump_gap(project, catalogue, stage=progress.stage)
         with progress.stage("writing"):
             found.write(folder)

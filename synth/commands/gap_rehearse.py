@@ -31,7 +31,9 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     from synth.batch.folder import RunCheckpoint
     from synth.batch.folder_task import identity_of
     from synth.compiling.announced import told_to
-    from synth.files.output import output_folder, sha256_file, write_json
+    from synth.files.input_hashes import input_files
+    from synth.files.output import output_folder, write_json
+    from synth.files.run_manifest import sha256_file
     from synth.rehearsal.rehearsal_result import RehearsalResult
     from synth.rehearsal.rehearse import CASE_FORMAT, FOLDER_NOTE, Rehearsal, default_count
     from synth.rehearsal.users_rig import users_rig
@@ -45,7 +47,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     count = arguments.count or default_count(rig, project.seed)
     earlier = _earlier(Path(arguments.out), identity)
     progress.compiling(len(project.leg.joints))
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out, inputs=input_files(project)) as folder:
         kept = RunCheckpoint(Path(arguments.out), "rehearsal", FOLDER_NOTE)
         known = len(earlier)
         if kept.was_there or known:

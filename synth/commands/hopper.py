@@ -80,10 +80,11 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
     """Sweep and write; return whether a design was chosen."""
     from synth.api.hoppers import hopper
     from synth.commands.answers import hopper_text, tell
+    from synth.files.input_hashes import input_files
     from synth.files.output import output_folder
     from synth.hopper.checkpoint import Checkpoint
 
-    with output_folder(arguments.out) as folder, ExitStack() as stack:
+    with output_folder(arguments.out, inputs=input_files(project)) as folder, ExitStack() as stack:
         cluster = None
         if arguments.scheduler is not None:
             from synth.batch.cluster import connected
@@ -144,7 +145,8 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
     from synth.commands.answers import tell
     from synth.files.output import output_folder, place, write_csv, write_json
 
-    with output_folder(arguments.out) as folder, progress.stage(f"reading and identifying, {kind}"):
+    read = [Path(arguments.file)]
+    with output_folder(arguments.out, inputs=read) as folder, progress.stage(f"reading and identifying, {kind}"):
         found = hopper_experiment(arguments.file)
         if found.first_jump is not None:
             write_csv(folder / "first_jump.csv", found.first_jump)

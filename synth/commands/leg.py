@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.commands.answers import tell
     from synth.commands.leg_parts import parts_text, require_known_joints, with_options
     from synth.errors import Problem
-    from synth.files.input_hashes import input_hashes
+    from synth.files.input_hashes import input_files, input_hashes
     from synth.files.output import output_folder
     from synth.files.shown_units import shown_for
     from synth.files.stage_cache import StageCache, key_of
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     report = Path(arguments.out) / "report.html"
     replaced = Path(arguments.out, "parts").is_dir()
     failure: UserError | None = None
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out, inputs=input_files(project)) as folder:
         if cache.fetch(key, folder):
             progress.say("the input is unchanged: copying the earlier result (--no-cache runs again)")
         else:

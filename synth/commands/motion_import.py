@@ -74,7 +74,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         _tell_checked(project, trials, progress)
         progress.say(f"{arguments.file} is valid: {len(trials)} recordings")
         return 0
-    with output_folder(arguments.out) as folder, progress.stage("writing"):
+    read = [Path(arguments.file), *(trial.source.path for trial in trials)]
+    read += [Path(arguments.file).parent / item.name for item in project.inputs]
+    with output_folder(arguments.out, inputs=read) as folder, progress.stage("writing"):
         write_import(project, trials, folder)
         from synth.reports import write_import_report
 

@@ -21,7 +21,8 @@ from synth.design.spring_entry import spring_entry
 from synth.files.curve import write_curve
 from synth.files.input_hashes import input_hashes
 from synth.files.leg_file import write_leg
-from synth.files.output import place, sha256_file, stems, write_csv
+from synth.files.output import place, stems, write_csv
+from synth.files.run_manifest import sha256_file
 from synth.fit.fit_result import TrialFit
 from synth.remarks import remark_json
 from synth.swing.mechanics import FROUDE

@@ -15,8 +15,9 @@ from pathlib import Path
 
 from synth.errors import Problem, UserError
 from synth.files.leftovers import one_at_a_time
-from synth.files.output import MANIFEST, disk_errors_as, umask, write_bytes_whole
+from synth.files.output import disk_errors_as, umask, write_bytes_whole
 from synth.files.paths import read_bytes
+from synth.files.run_manifest import MANIFEST
 from synth.files.signals import terminated_as_exception
 
 RECORD = ".synth-added"  # a line for every content ever written to the folder: SHA-256, two spaces, the file's name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -19,3 +20,8 @@ def input_hashes(project: Project) -> dict[str, str]:
     trials = [*getattr(project, "trials", ())]
     trials += [trial for damper in getattr(project, "dampers", {}).values() for trial in damper.trials]
     return {item.name: item.sha256 for item in project.inputs} | {trial.name: trial.sha256 for trial in trials}
+
+
+def input_files(project: Project) -> list[Path]:
+    """The files themselves, which a result must not replace."""
+    return [project.path, *(project.path.parent / name for name in input_hashes(project))]

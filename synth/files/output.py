@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import hashlib
 import os
 import tempfile
 import threading
@@ -19,12 +18,11 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder, one_at_a_time, put_back, remove_leftovers, remove_tree
 from synth.files.names import written_name
+from synth.files.run_manifest import MANIFEST, refuse_unless_replaceable, write_manifest
 from synth.files.signals import signals_held_back, terminated_as_exception
 from synth.files.text_forms import cells, clock_cells, defused, json_text, plain
 from synth.threads import waited_for
 
-MANIFEST = ".synth-output"  # lists a run's files, so that the next run may replace only these
-_IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
 # Temporary folders of the active runs of this thread, innermost last: two threads may write two results at once.
 _written: ContextVar[tuple[Path, ...]] = ContextVar("temporary folders of active runs", default=())
 _asking = threading.Lock()
@@ -35,16 +33,18 @@ _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
 @contextmanager
-def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]:
+def output_folder(path: str | Path, *, overwrite: bool = True, inputs: Sequence[Path] = ()) -> Iterator[Path]:
     """A temporary folder that is renamed to ``path`` when the block succeeds and deleted when it fails.
 
     Parameters
     ----------
     path
-        the result folder. If it exists it must be empty or contain only files of an earlier run, which
-        are then replaced; missing parents are created.
+        the result folder. If it exists it must be empty or contain only files of an earlier run, which nobody
+        changed, and which are then replaced; missing parents are created.
     overwrite
         False: refuse to replace an earlier run.
+    inputs
+        files that this run reads: a folder that holds one of them is not replaced.
 
     Yields
     ------
@@ -66,7 +66,7 @@ def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]
             if target.is_symlink():  # what the real path still has is a link that leads back to itself
                 raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
-            _check_target(target, name, overwrite=overwrite)
+            _check_target(target, name, inputs, overwrite=overwrite)
             made = _make_parents(target.parent)
             temporary, lock = own_place(target, name)
     except BaseException:
@@ -79,7 +79,8 @@ def output_folder(path: str | Path, *, overwrite: bool = True) -> Iterator[Path]
             yield temporary
             with disk_errors_as(name):
                 _complete(temporary)
-                _check_target(target, name, overwrite=overwrite)  # it may have changed meanwhile: the run was long
+                # It may have changed meanwhile: the run was long.
+                _check_target(target, name, inputs, overwrite=overwrite)
                 _move(temporary, target)
             finished = True
     finally:
@@ -207,12 +208,6 @@ def _is_clock(title: str) -> bool:
     return title.partition("[")[0].strip() == "time"
 
 
-def sha256_file(path: str | Path) -> str:
-    """The file's SHA-256 in hexadecimal."""
-    with Path(path).open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def stems(names: Sequence[str]) -> list[str]:
     """A unique file name for each trial, without folders, in characters that every system accepts."""
     found: list[str] = []
@@ -238,8 +233,8 @@ def _require_within_run(path: Path) -> None:
         _require_inside(path, folders[-1])
 
 
-def _check_target(target: Path, name: str, *, overwrite: bool) -> None:
-    """Refuse to replace anything but an empty folder or an earlier run."""
+def _check_target(target: Path, name: str, inputs: Sequence[Path], *, overwrite: bool) -> None:
+    """Refuse to replace anything but an empty folder or an unchanged earlier run that is no input of this one."""
     if target == Path.cwd() or target in Path.cwd().parents:
         raise UserError(Problem("is the current folder or lies above it; name a folder to make", name))
     try:
@@ -249,22 +244,11 @@ def _check_target(target: Path, name: str, *, overwrite: bool) -> None:
             raise UserError(Problem("is a file; name a folder", name))
         if os.path.ismount(target):  # it cannot be replaced by another folder, and that would show only after the work
             raise UserError(Problem(f"is where a disk is mounted; name a folder in it, such as {name}/result", name))
-        held = sorted(entry.relative_to(target).as_posix() for entry in target.rglob("*") if not entry.is_dir())
-        folders = any(entry.is_dir() for entry in target.iterdir())
         if not os.access(target, os.W_OK | os.X_OK):
             raise UserError(Problem("may not be written (chmod u+w); name another folder or allow it", name))
-        manifest = target / MANIFEST
-        ours = set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
+        refuse_unless_replaceable(target, name, inputs, overwrite=overwrite)
     except OSError as error:
         raise UserError(Problem(f"cannot be read: {error.strerror}", name)) from None
-    foreign = [file for file in held if file not in ours and file.rpartition("/")[2] not in _IGNORED]
-    if foreign or (folders and not ours):
-        shown = ", ".join(foreign[:3]) + (" ..." if len(foreign) > 3 else "") if foreign else "folders"
-        raise UserError(
-            Problem(f"holds what no earlier run wrote ({shown}); name a new folder or move that away", name)
-        )
-    if ours and not overwrite:
-        raise UserError(Problem("holds an earlier run; name a new folder or remove it", name))
 
 
 def _complete(folder: Path) -> None:
@@ -273,7 +257,7 @@ def _complete(folder: Path) -> None:
     if any(entry.is_symlink() for entry in entries):
         raise ValueError(f"a link stands in the result: {[str(entry) for entry in entries if entry.is_symlink()]}")
     files = [entry.relative_to(folder).as_posix() for entry in entries if not entry.is_dir()]
-    (folder / MANIFEST).write_text("".join(f"{file}\n" for file in files), encoding="utf-8")
+    write_manifest(folder, files)
     folder.chmod(0o777 & ~umask())
     waited_for(_flush, (folder / MANIFEST, *entries, folder), FLUSHED_AT_ONCE)
 

@@ -14,7 +14,7 @@ from synth.files.spring_words import Objective, RateFormula, System
 from synth.files.validate import Quantity, Title, refusal
 
 Length = Annotated[float, Quantity("m", above=0)]
-Share = Annotated[float, Quantity("1", above=0, most=10)]
+Share = Annotated[float, Quantity("1", above=0, most=10, bare=1)]
 WIDEST = 0.9  # of a tolerance, plus or minus: from 1 on, rates and torques of zero and below would be drawn
 PlusMinus = Annotated[float, Quantity("1", above=0, most=WIDEST)]
 Travel = Annotated[float, Quantity("rad", above=0, most=radians(720))]  # of a joint, whose angle lies within two turns

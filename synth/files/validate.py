@@ -16,6 +16,7 @@ from synth import units
 from synth.errors import Problem, UserError, did_you_mean
 from synth.files.names import title_fault
 from synth.files.yaml_lines import Document, Key
+from synth.units_spelling import read_number
 
 # The purpose of each kind of file: the command that reads it, or the key by which other files name it.
 COMMANDS = {
@@ -75,6 +76,7 @@ class Quantity:
 
     ``unit`` is the SI unit in which the model holds it; ``above`` is an exclusive lower limit in it, ``least``
     and ``most`` inclusive ones. ``sizes``: the only values, in ``unit``; a value that differs by rounding is made one.
+    ``bare`` : of a share, the largest number without a ``%``: of a larger one it may have been forgotten.
     """
 
     unit: str
@@ -82,6 +84,7 @@ class Quantity:
     least: float | None = None
     most: float | None = None
     sizes: tuple[float, ...] = ()
+    bare: float | None = None
 
     def __get_pydantic_core_schema__(self, source: object, handler: object) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
@@ -107,6 +110,9 @@ class Quantity:
             raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.shown)}")
         if self.most is not None and number > self.most:
             raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.shown)}")
+        if self.bare is not None and number > self.bare and (written := read_number(str(value))) and not written[1]:
+            meant = units.write(number, "%")
+            raise refusal(f"{value} is not allowed without a unit: write {value} %, or {meant} if that is meant")
         if self.sizes:
             nearest = min(self.sizes, key=lambda size: abs(size - number))
             if abs(number - nearest) > ROUNDED * nearest:

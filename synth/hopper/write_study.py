@@ -11,7 +11,8 @@ import numpy as np
 
 import synth
 from synth.arrays import Array
-from synth.files.output import sha256_file, write_csv
+from synth.files.output import write_csv
+from synth.files.run_manifest import sha256_file
 from synth.files.text_forms import csv_text
 from synth.hopper.study import Study
 from synth.hopper.study_warnings import warnings_of

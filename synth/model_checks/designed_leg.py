@@ -20,7 +20,8 @@ from synth.files.csv_table import in_si, read_table
 from synth.files.leg_file import read_leg
 from synth.files.mjcf import NOT_IN_MODEL
 from synth.files.mjcf_backlash import arm_name, play_of
-from synth.files.output import sha256_file, stems
+from synth.files.output import stems
+from synth.files.run_manifest import sha256_file
 from synth.model_checks.checked import ModelCheck, ModelChecks
 from synth.model_checks.other_engine import HOW
 from synth.parts.resolver import resolver

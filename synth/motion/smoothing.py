@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
+from synth.motion.stuck_readings import stuck_readings
 from synth.noise import robust_deviation
 from synth.pace import pace
 from synth.sampling import channel_step, usual_step
@@ -53,7 +54,8 @@ def odd_points(width: float, step: float) -> int:
 
 
 def lost_samples(time: Array, angle: Array, limit: float = 8.0) -> Mask:
-    """(n_time, n_joint) True for a missing sample or an outlier, alone or in a run of up to ``LONGEST_RUN``.
+    """(n_time, n_joint) True for a missing sample, an outlier, alone or in a run of up to ``LONGEST_RUN``, and for
+    readings of a sensor that drops out, see ``stuck_readings``.
 
     A Hampel filter on second differences: a sample is lost when it departs from the line between its two neighbours by
     more than ``limit`` robust standard deviations of that departure while its neighbours agree with theirs
@@ -83,6 +85,8 @@ def lost_samples(time: Array, angle: Array, limit: float = 8.0) -> Mask:
         lost[good[1:-1][spike & alone], j] = True
         rest = np.flatnonzero(~lost[:, j])
         lost[rest[_runs(angle[rest, j], limit * scale)], j] = True
+        rest = np.flatnonzero(~lost[:, j])
+        lost[rest[stuck_readings(angle[rest, j], limit * scale)], j] = True
         rest = np.flatnonzero(~lost[:, j])
         for ends in (rest[:END], rest[: -END - 1 : -1]):
             lost[ends[_at_end(np.abs(time[ends] - time[ends[0]]), angle[ends, j], limit * scale)], j] = True

@@ -11,6 +11,7 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, replace
+from math import isclose
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from synth.files.validate import near
 from synth.parts.catalog_cells import currency_of, number_cell, require_allowed, scale_of, text_cell
 from synth.parts.catalog_table import MAX_BYTES, MAX_PROBLEMS
 from synth.parts.catalogue_row import CatalogueRow
-from synth.parts.headers import standard
+from synth.parts.headers import standard, unit_in
 from synth.parts.rows import FAMILIES
 from synth.units import factor, parse
 from synth.units_spelling import plain_signs, read_number
@@ -78,7 +79,7 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     Parameters
     ----------
     mapping
-        their header to our column, with a unit where theirs has none.
+        their header to our column, with a unit where theirs has none; another unit than theirs is refused.
     vendor
         of rows without one.
 
@@ -214,7 +215,12 @@ def _match_family(
         raise UserError(Problem(text + "identify them with --map 'THEIRS=OURS [unit]'", name, line=1))
     family, found, unused = best
     problems = _unmapped_problems(mapping, found, family, name)
-    for k, column in enumerate(found):
+    for k, matched in enumerate(found):
+        try:
+            column = _with_own_unit(matched)
+        except UserError as error:
+            problems.append(Problem(str(error), name, line=1, key="--map"))
+            continue
         title = column.field.name if column.unit is None else f"{column.field.name} [{column.unit}]"
         try:
             scale = 1.0 if column.unit is None else scale_of(title, column.field)
@@ -264,6 +270,19 @@ def _columns(
     columns.sort(key=lambda column: column.index)
     used = {column.index for column in columns}
     return columns, [title for index, title in enumerate(titles) if index not in used]
+
+
+def _with_own_unit(column: _SheetColumn) -> _SheetColumn:
+    """The column with the unit of the vendor's header, which a mapping may leave out; UserError if they differ."""
+    canonical = column.field.metadata["unit"]
+    own = None if canonical in (None, "1", "degC") else unit_in(column.title, canonical)
+    if own is None:
+        return column
+    stated = own if column.unit is None else column.unit
+    if not isclose(factor(stated, canonical), factor(own, canonical), rel_tol=1e-9):
+        header = f"{column.title}={column.field.name}"
+        raise UserError(f'"{header} [{stated}]": the header says {own}; leave the unit out, "{header}"')
+    return replace(column, unit=stated)
 
 
 def _cell(text: str, column: _SheetColumn) -> str:

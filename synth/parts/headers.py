@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import re
 
+from synth.errors import UserError
+from synth.units import factor
+
 # Header in lower case with _ for all but letters and digits -> the catalogue's column.
 NAMES = {
     "part_number": "part", "part_no": "part", "part_nr": "part", "item_number": "part", "stock_number": "part",
@@ -79,6 +82,18 @@ def standard(title: str, known: frozenset[str]) -> str:
     if name in COUNTS and (unit is None or unit.strip().casefold() in COUNTED):
         unit = "1"
     return name if unit is None else f"{name} [{UNITS.get(unit.strip(), unit.strip())}]"
+
+
+def unit_in(title: str, canonical: str) -> str | None:
+    """The unit in a header, as ``N*mm/deg`` of ``Rate [Nmm/deg]``; None where there is none of ``canonical``'s kind."""
+    match = _TITLE.fullmatch(title)
+    written = "" if match is None else (match["unit"] or "").strip()
+    unit = UNITS.get(written, written)
+    try:
+        factor(unit, canonical)
+    except UserError:
+        return None  # a remark: Diameter (outside)
+    return unit
 
 
 def standard_value(column: str, text: str) -> str:

@@ -80,6 +80,15 @@ def test_the_printed_command_runs_also_with_blanks(project: Path, capsys: pytest
     assert main([*words[1:], "--dry-run"]) == 0
 
 
+def test_a_fit_does_not_replace_the_import_that_it_reads(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(project / "import.yaml"), "--out", str(project / "found")]) == 0
+    before = sorted(path.name for path in (project / "found").rglob("*"))
+    capsys.readouterr()
+    assert main(["fit", str(project / "found" / "fit.yaml"), "--out", str(project / "found")]) == 2
+    assert "holds what this run reads (fit.yaml, leg.leg.yaml" in capsys.readouterr().err
+    assert sorted(path.name for path in (project / "found").rglob("*")) == before
+
+
 def test_a_mirrored_video_gives_the_same_angles(project: Path) -> None:
     text = (project / "import.yaml").read_text().replace("videos/a.csv, ", "")
     (project / "import.yaml").write_text(text + "mirror: true\n")

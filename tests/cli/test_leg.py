@@ -14,7 +14,7 @@ import pytest
 from played_legs import play_errors
 from result_fields import require_explained
 from synth.cli import main
-from synth.files.output import MANIFEST
+from synth.files.run_manifest import MANIFEST
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
 Edit = Callable[[Path], None]

@@ -15,8 +15,8 @@ from diagnosis.made_effect import CUBIC_DRAG
 from synth.cli import main, parser_of
 from synth.commands.common_options import WITH_EFFECTS
 from synth.errors import UserError
-from synth.files.output import sha256_file
 from synth.files.program_versions import versions
+from synth.files.run_manifest import sha256_file
 from synth.files.stage_cache import key_of
 from synth.swing import effects
 from synth.swing.foreign_effects import OwnFile, know, known_effects

@@ -22,8 +22,9 @@ from hypothesis import strategies as st
 
 from synth.errors import UserError
 from synth.files import text_forms
-from synth.files.output import output_folder, sha256_file, umask, write_csv, write_json, write_text
+from synth.files.output import output_folder, umask, write_csv, write_json, write_text
 from synth.files.result_values import read_design, read_fit, read_result
+from synth.files.run_manifest import MANIFEST, sha256_file
 
 
 def names(folder: Path) -> list[str]:
@@ -157,6 +158,33 @@ def test_refused_targets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     run(inside / "out")
     with pytest.raises(UserError, match="holds an earlier run"), output_folder(inside / "out", overwrite=False):
         pass
+
+
+def test_a_changed_file_of_an_earlier_run_is_not_replaced(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    run(target)
+    run(target, "2")  # nobody changed the first
+    (target / "fit.json").write_text("mine")
+    with pytest.raises(UserError, match=r"out: holds files that were changed .* \(fit.json\); name a new folder"):
+        run(target, "3")
+    assert (target / "fit.json").read_text() == "mine"
+    (target / MANIFEST).write_text("fit.json\nparts/a.step\n")  # of an earlier version: names alone
+    run(target, "3")
+    assert (target / "fit.json").read_text() == "3"
+
+
+def test_a_folder_that_the_run_reads_is_not_replaced(tmp_path: Path) -> None:
+    """`synth fit found/fit.yaml --out found` deleted the trials and the leg that `synth import` had written there."""
+    target = tmp_path / "found"
+    run(target)
+    read = [tmp_path / "other.yaml", tmp_path / "sub" / ".." / "found" / "parts" / "a.step"]
+    (tmp_path / "sub").mkdir()
+    said = r"found: holds what this run reads \(parts/a.step\)"
+    with pytest.raises(UserError, match=said), output_folder(target, inputs=read):
+        pass
+    assert names(target) == [MANIFEST, "fit.json", "parts"]
+    with output_folder(target, inputs=read[:1]) as folder:
+        (folder / "new").write_text("x")
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")

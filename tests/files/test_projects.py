@@ -107,6 +107,7 @@ def test_fit_options_and_prior(folder: Path) -> None:
         (FIT + "fit: 5\n", ["fit"], "mapping"),
         (FIT + "prior: {spring: 20 %}\n", ["prior.spring"], "has a spring in its file"),
         (FIT + "prior: {spring: 5 deg}\n", ["prior.spring"], "a ratio"),
+        (FIT + "prior: {spring: 5}\n", ["prior.spring"], "5 is not allowed without a unit: write 5 %, or 500 % if"),
         (FIT + "trails: []\n", ["trails"], "did you mean trials"),
         (FIT.replace("[animal/*.csv]", "[{file: animal/1.csv, held_out: true}]"), ["trials"], "none remains to fit"),
         (FIT.replace("[animal/*.csv]", "[animal/1.csv, drop/*.csv]"), ["trials[2]"], "matches no file"),
@@ -204,6 +205,12 @@ def test_without_gravity_there_is_no_froude_number(folder: Path) -> None:
     assert caught.value.problems[0].key == "scale.time"
 
 
+@pytest.mark.parametrize(("written", "share"), [("5 %", 0.05), ("0.05", 0.05), ("1", 1.0), ("250 %", 2.5)])
+def test_a_share_with_and_without_per_cent(folder: Path, written: str, share: float) -> None:
+    text = DESIGN + f"select: {{joints: {{hip: {{spring: {{rate_tolerance: {written}}}}}}}}}\n"
+    assert read_leg_project(write(folder, text)).joints["hip"].spring.rate_tolerance == pytest.approx(share)
+
+
 def test_leg_project_defaults(folder: Path) -> None:
     project = read_leg_project(write(folder, DESIGN))
     assert (project.time_scale, project.dynamic_similarity) == (1.0, False)
@@ -237,6 +244,8 @@ def test_catalogue_opens_with_the_users_files(folder: Path) -> None:
         ("kind: leg-design\n", ["source", "target"], '"source" is missing'),
         (DESIGN + "scale: {time: frode}\n", ["scale.time"], "froude"),
         (DESIGN + "scale: {time: 2 s}\n", ["scale.time"], "a ratio"),
+        (DESIGN + "select: {joints: {hip: {spring: {rate_tolerance: 5}}}}\n",
+         ["select.joints.hip.spring.rate_tolerance"], "5 is not allowed without a unit: write 5 %, or 500 %"),
         (DESIGN + "scale: {time: -2}\n", ["scale.time"], "between"),
         (DESIGN + "scale: {tme: 2}\n", ["scale.tme"], "did you mean time"),
         (DESIGN + "select: {catalogs: [my/*.csv]}\n", ["select.catalogs[1]"], "matches no file"),

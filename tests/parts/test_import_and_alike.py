@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from dataclasses import replace
+from math import pi
 from pathlib import Path
 
 import pytest
@@ -133,6 +134,18 @@ def test_a_mapping_comes_before_what_a_header_is_known_as(tmp_path: Path) -> Non
     both = {"Measured wire": "wire_diameter [in]", "Wire Dia. (in)": "wire_diameter [in]"}
     with pytest.raises(UserError, match=r"--map: Wire Dia. \(in\) and Measured wire are both mapped to wire_diameter"):
         imported(tmp_path, "A1,0.08,0.75,6,0.075\n", both, titles)
+
+
+@pytest.mark.parametrize("stated", ["rate", "rate [N*mm/deg]", "rate [mN*m/deg]"])
+@pytest.mark.parametrize("title", ["Federrate [N*mm/deg]", "Federrate (Nmm/deg)"])
+def test_a_mapped_column_has_the_unit_of_its_header(title: str, stated: str, tmp_path: Path) -> None:
+    """12.5 N*mm/deg; the message proposed N*m/rad, which made it 17 times stiffer."""
+    path = tmp_path / "table.csv"
+    path.write_text(f"Part;{title};Durchmesser (außen);OD [mm]\nA1;12,5;fein;14,2\n")
+    table = import_table(path, {title: stated, "Durchmesser (außen)": "note"}, "V")
+    assert float(table.columns("v.csv")["rate [N*m/rad]"][0] or 0.0) == pytest.approx(12.5e-3 * 180.0 / pi)
+    with pytest.raises(UserError, match=r"the header says N\*mm/deg; leave the unit out, .*=rate\"$"):
+        import_table(path, {title: "rate [N*m/rad]"}, "V")
 
 
 def test_vendors_whose_names_give_one_file_share_it(tmp_path: Path) -> None:

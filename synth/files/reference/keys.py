@@ -135,6 +135,7 @@ def _allowed(item: FieldInfo, quantity: Quantity | None) -> str:
                 shown = units.write(limit, quantity.shown) if quantity.unit != "1" else f"{limit:g}"
                 messages.append(f"{word} {_short(shown)}")
         messages += [quantity.listed] if quantity.sizes else []
+        messages += [f"at most {quantity.bare:g} without %"] if quantity.bare is not None else []
     messages += [f"at least {found.ge}" for found in marks(item, Ge)]
     messages += [f"at most {found.le}" for found in marks(item, Le)]
     messages += [f"at least {found.min_length} items" for found in marks(item, MinLen)][:1]

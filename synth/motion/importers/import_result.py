@@ -16,7 +16,8 @@ from synth.errors import UserError
 from synth.files.import_project import ForeignFile, ImportProject, Mapping
 from synth.files.leg_file import write_leg
 from synth.files.names import written_name
-from synth.files.output import place, sha256_file, write_csv, write_json, write_text
+from synth.files.output import place, write_csv, write_json, write_text
+from synth.files.run_manifest import sha256_file
 from synth.files.validate import gathering, raise_if_any
 from synth.motion.importers.cleaning import SHORTEST, common_turns
 from synth.motion.importers.convert import ImportedRecording, import_file

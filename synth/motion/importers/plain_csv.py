@@ -28,6 +28,7 @@ COMMENTS = ("#", "%", "//")
 _MARK = re.compile(r"\s*(?:#+|%+|//+)\s*")  # with which a comment begins
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _OTHER = re.compile(r"volt|supply|battery|current|torque|effort|moment|velocity|speed", re.IGNORECASE)
+_THOUSANDS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+") for mark in ".,"}
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 
 
@@ -179,6 +180,8 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
                 numeric[column] |= number == number
             elif row[column].strip().casefold() not in _MISSING and numeric[column]:
                 raise UserError(Problem(_no_number(row[column].strip()), name, line, titles[column]))
+    if separator != ",":
+        _refuse_thousands(rows, lines, titles, numeric, name)
     if separator == ",":
         _refuse_commas(rows, lines, [None if has else title for has, title in zip(numeric, titles, strict=True)], name)
     return np.where(np.isfinite(values), values, np.nan)
@@ -192,6 +195,26 @@ def _refuse_commas(rows: list[list[str]], lines: list[int], titles: list[str | N
         filled = [(cell, line) for cell, line in cells if cell.casefold() not in _MISSING]
         if title is not None and filled and all(pointed(cell, ";") != cell for cell, _ in filled):
             problems.append(Problem(_no_number(filled[0][0]), name, filled[0][1], title))
+    if problems:
+        raise UserError(problems)
+
+
+def _refuse_thousands(
+    rows: list[list[str]], lines: list[int], titles: list[str], numeric: list[bool], name: str
+) -> None:
+    """Refuse columns of 1.234 beside others of 12,3, and the reverse: a spreadsheet wrote the thousands."""
+    cells = [[row[column].strip() for row in rows] if has else [] for column, has in enumerate(numeric)]
+    problems = []
+    for mark, other in (".,", ",."):
+        decimal = next((cell for column in cells for cell in column if other in cell), None)
+        for title, column in zip(titles, cells, strict=True):
+            marked = [(line, cell) for line, cell in zip(lines, column, strict=False) if mark in cell]
+            if decimal is None or not marked or not all(_THOUSANDS[mark].fullmatch(cell) for _, cell in marked):
+                continue
+            line, cell = marked[0]
+            text = f'"{cell}" has a "{mark}" where "{decimal}" has a "{other}": write {cell.replace(mark, "")} if it '
+            text += f"separates thousands, {cell.replace(mark, other)} if decimals"
+            problems.append(Problem(text, name, line, title))
     if problems:
         raise UserError(problems)
 

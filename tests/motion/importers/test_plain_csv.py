@@ -78,6 +78,28 @@ def test_quoted_decimal_commas_between_commas_are_refused(tmp_path: Path) -> Non
     assert text in str(caught.value)
 
 
+def spreadsheet(clock: str, decimal: str) -> str:
+    """Three samples from 2 s on, a clock in ms in that form, and an angle of 12.3 deg."""
+    times = [clock.format(2000 + 5 * k).replace(",", "." if decimal == "," else ",") for k in range(3)]
+    return "time [ms];hip [deg]\n" + "".join(f"{time};12{decimal}3\n" for time in times)
+
+
+@pytest.mark.parametrize("decimal", [",", "."])
+def test_a_spreadsheet_s_thousands_are_no_decimals(tmp_path: Path, decimal: str) -> None:
+    """A clock of 2.000, 2.005, ... ms beside angles of 12,3 ran 1000 times too fast."""
+    file = tmp_path / "a.csv"
+    file.write_text(spreadsheet("{:,d}", decimal))
+    mark = "." if decimal == "," else ","
+    said = f'"2{mark}000" has a "{mark}" where "12{decimal}3" has a "{decimal}": write 2000 if it separates thousands'
+    with pytest.raises(UserError) as caught:
+        read_plain_csv(file, PLAIN, "a.csv")
+    assert said in str(caught.value)
+    file.write_text(spreadsheet("{:d}", decimal))
+    assert read_plain_csv(file, PLAIN, "a.csv").values[:, 0].tolist() == [2000.0, 2005.0, 2010.0]
+    file.write_text("time [s];hip [deg]\n0.995;12,3\n1.000;12,3\n1.005;12,3\n")  # as a logger and a sheet write
+    assert read_plain_csv(file, PLAIN, "a.csv").values[:, 0].tolist() == [0.995, 1.0, 1.005]
+
+
 def test_a_known_torque_and_velocities_are_kept_and_other_numbers_named(tmp_path: Path) -> None:
     """Of joints without a drive, in the leg's sense and the table's units; a velocity that is none is left out."""
     time, measured = angles()
