@@ -93,6 +93,11 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
     return Heterogeneity(spread, probability, tuple(shifts))
 
 
+def shifts_seen(probability: Array) -> Mask:
+    """(n,) whose free angle shifts: shifts of so little ``probability`` (n,) are not of noise, over all joints."""
+    return np.asarray(probability < SIGNIFICANCE / len(probability))
+
+
 def spread_of_another(spread: Array, counts: Sequence[int]) -> Array:
     """(n,) rad, of a normal distribution whose 90 % interval is that of another shift than those of the trials.
 
@@ -100,6 +105,16 @@ def spread_of_another(spread: Array, counts: Sequence[int]) -> Array:
     """
     factors = [student95(count - 1) / NORMAL90 if count > 1 else 0.0 for count in counts]
     return np.where(spread > LEAST_SPREAD, spread * factors, 0.0)
+
+
+def excess_of_common(stated: Array, true: Array) -> Array:
+    """(n,) rad^2 by which a common free angle is less known than by the ``stated`` variances of shifts.
+
+    ``stated`` and ``true`` (n_trial, n) rad^2, nan where a trial does not determine a joint's.
+    """
+    weights = [np.nansum(1.0 / each, axis=0) for each in (true, stated)]
+    apart = [np.where(each > 0.0, 1.0 / np.where(each > 0.0, each, 1.0), 0.0) for each in weights]
+    return np.asarray(apart[0] - apart[1])
 
 
 def excess_of_fixed(shift: Array, free: Mask) -> Array:

@@ -55,8 +55,8 @@ class CostByJoint(Protocol):
 class Search:
     """A leg, its recordings and a cost; rates are (2, n): spring and damper rates, in natural units.
 
-    ``common`` : one free angle for all trials (their median) instead of one each. ``calls`` counts
-    calls of the engine.
+    ``common`` : one free angle for all trials (their median) instead of one each; a trial in which a joint is locked
+    tells nothing of its free angle. ``calls`` counts calls of the engine.
     """
 
     model: TrajectoryModel
@@ -71,11 +71,21 @@ class Search:
         self.unknowns = unknowns_of(self.model)
         self.rough = self.model.at_tolerance(TOLERANCE)
         self.n = len(self.model.leg.joints)
+        free = np.array([np.isin(np.arange(self.n), recording.free) for recording in self.recordings])
+        self._told = free | ~free.any(axis=0)  # (n_trial, n); of a joint that is always locked any pose will do
 
     def rests(self, spring_rate: Array) -> Array:
-        """(n_trial, n, c) rad, rest angles that balance each trial's final pose, for spring rates (n, c)."""
+        """(n_trial, n, c) rad, rest angles that balance each trial's final pose, for spring rates (n, c).
+
+        Where a joint is locked, the median of the other trials.
+        """
         rests = balanced_rests(self.model.leg, self.recordings, [start.end for start in self.starts], spring_rate)
-        return np.repeat(np.median(rests, axis=0)[None], len(rests), axis=0) if self.common else rests
+        told = self._told[:, :, None] & (not self.common)
+        return np.where(told, rests, self._middle(rests))
+
+    def _middle(self, rests: Array) -> Array:
+        """(n, c) rad, median of rest angles (n_trial, n, c) over the trials that tell them."""
+        return np.asarray(np.nanmedian(np.where(self._told[:, :, None], rests, np.nan), axis=0))
 
     def motions(self, rates: Array) -> list[Array]:
         """(m, n, c) rad a trial for rates (2, n, c)."""
@@ -101,9 +111,9 @@ class Search:
 
     def locals(self, spring_rate: Array) -> tuple[Array, list[Local]]:
         """The common rests (n,) rad, and each trial's own unknowns, for spring rates (n,)."""
-        rests = self.rests(spring_rate[:, None])[:, :, 0]
-        middle = np.median(rests, axis=0)
-        own = [Local(s.rotation, s.rate, rest - middle) for s, rest in zip(self.starts, rests, strict=True)]
+        rests = self.rests(spring_rate[:, None])
+        middle = self._middle(rests)[:, 0]
+        own = [Local(s.rotation, s.rate, rest - middle) for s, rest in zip(self.starts, rests[:, :, 0], strict=True)]
         return middle, own
 
     def first(self, curves: Sequence[DamperCurve | None]) -> Array:

@@ -161,7 +161,8 @@ def _first_sentences(fitted: FittedTreatments, leg: Leg, recordings: Sequence[Re
     points = [each.sentence(leg.joint_names[each.balance.joint]) for each in fitted.left_out]
     laws = [fitted.error.sentence] if fitted.error is not None else []
     laws += fitted.stated.sentences if fitted.stated is not None else ()
-    return (*points, *laws, *sentences_on_reading(recordings))
+    once = fitted.seen_once(leg.joint_names, recordings)
+    return (*points, *laws, *once, *sentences_on_reading(recordings))
 
 
 def _none_rates(

@@ -16,6 +16,7 @@ from synth.fit.trajectories import FIT_STEPS, Local, TrajectoryModel
 from synth.fit.weak_form import LinearEstimate, WeakForm
 from synth.motion.rest import last_tenths
 from synth.motion.smoothing import initial_state
+from synth.swing.known_torque import average_torques
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.threads import shared_out
@@ -67,7 +68,7 @@ def first_locals(recordings: Sequence[Recording]) -> list[Local]:
 
 
 def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Array], spring_rate: Array) -> Array:
-    """Rest angles that balance each trial's final pose against gravity.
+    """Rest angles that balance each trial's final pose against gravity and known torques.
 
     Parameters
     ----------
@@ -84,7 +85,10 @@ def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Arr
 
 @dataclass(frozen=True)
 class _Poses:
-    """``angle`` (n_trial, n) rad and ``weight`` (n_trial, n) N m, the joint torques that hold them against gravity."""
+    """``angle`` (n_trial, n) rad and ``weight`` (n_trial, n) N m, the spring torques that hold them.
+
+    Against gravity, and against the mean of a known torque over the last tenth of the recording.
+    """
 
     angle: Array
     weight: Array
@@ -96,9 +100,17 @@ def _end_poses(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Array])
     known = {tip: coefficients(leg, tip) for tip in tips}
     weight = [
         static_torque(known[recording.conditions.tip], end, leg.tilt + recording.conditions.tilt)
+        - _torque_at_end(recording)
         for recording, end in zip(recordings, ends, strict=True)
     ]
     return _Poses(np.array(ends), np.array(weight))
+
+
+def _torque_at_end(recording: Recording) -> Array:
+    """(n,) N m on q, mean of the known torque over the last tenth of the recording; 0 without one."""
+    if recording.known_torque is None:
+        return np.zeros(recording.rotation.shape[1])
+    return last_tenths(average_torques(recording.known_torque, recording.smoothed.time))
 
 
 def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> FirstGuess:

@@ -11,8 +11,10 @@ from synth.arrays import Array
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.model_error import ModelError
 from synth.fit.point_check import LeftOutPoint
+from synth.fit.recordings import Recording
 from synth.fit.stated_knowledge import StatedKnowledge
 from synth.fit.unknowns import SpringsAndDampers
+from synth.remarks import Remark, at_joint
 
 
 @dataclass(frozen=True)
@@ -71,3 +73,18 @@ class FittedTreatments:
     def stage(self) -> Stage:
         """Stage of the chosen treatment."""
         return self.treatments[self.mode].stage
+
+    def seen_once(self, joints: Sequence[str], recordings: Sequence[Recording]) -> list[Remark]:
+        """Sentences on joints that one trial alone moves, where the free angles of others shift over the trials."""
+        if not np.any(self.treatments[self.mode].spread > 0.0):
+            return []
+        free = [[each.name for each in recordings if j in each.free] for j in range(len(joints))]
+        return [
+            at_joint(
+                joints[j],
+                f"it is free in {names[0]} only, so its free angle and interval are those of this trial: how much it "
+                "shifts from trial to trial, as other joints' do, is not known",
+            )
+            for j, names in enumerate(free)
+            if len(names) == 1 < len(recordings)
+        ]

@@ -90,3 +90,15 @@ def test_trials_with_a_common_free_angle_have_no_excess() -> None:
     locked = np.array([[True], [True], [False]])
     both, two = excess_of_fixed(shift, locked), excess_of_fixed(shift[:2], locked[:2])
     assert both == pytest.approx(two)
+
+
+def test_a_joint_that_one_trial_alone_moves_is_told_of_where_others_shift() -> None:
+    generator = np.random.default_rng(3)
+    aways, made = np.array(RELEASES)[:3] - SHIFTS, []
+    for k, (shift, away) in enumerate(zip(SHIFTS, aways, strict=True)):
+        held = ("hip",) if k != 1 else ()
+        made.append(release(robot(free_angle=FREE_ANGLE + shift), away, generator, name=f"{k}.csv", locked=held))
+    told = [str(each) for each in fitted(LEG, made).warnings if "its free angle and interval are those" in each]
+    assert len(told) == 1
+    assert told[0].startswith("hip: it is free in 1.csv only")
+    assert not any("its free angle and interval are those" in each for each in fit_of().warnings)

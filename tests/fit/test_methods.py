@@ -174,6 +174,39 @@ def test_rest_angles_hold_the_final_pose_of_each_trial() -> None:
     assert np.degrees(leg.to_measured(rests)) == pytest.approx(np.tile(FREE_ANGLE, (2, 1)), abs=0.6)
 
 
+@pytest.mark.parametrize("mode", ["common", "per_trial"])
+def test_a_locked_joint_tells_nothing_of_its_free_angle(mode: Literal["common", "per_trial"]) -> None:
+    leg = robot(SPRING * 3, DAMPER)
+    generator, rig = np.random.default_rng(4), Rig(noise=0.0, counts=0)
+    aways = ((40, 25, 18), (12, -22, 18), (43, -24, 21))  # deg; the hip is clamped far from its rest in two of three
+    trials = [
+        release(leg, away, generator, rig, name=f"release {k}", locked=("hip",) if k != 1 else ())
+        for k, away in enumerate(aways)
+    ]
+    recordings = recorded(leg, trials)
+    search = search_of(bare(leg), recordings, Cost("trajectory", tuple(recordings)), common=mode == "common")
+    middle, own = search.locals(3 * SPRING)
+    assert np.degrees(leg.to_measured(middle)) == pytest.approx(FREE_ANGLE, abs=0.6)  # 40 deg off
+    assert own[0].shift[0] == own[2].shift[0] == 0.0
+    found = fit_by(bare(leg), recordings, LegFitOptions(free_angle=mode), Choice(method="piecewise"))
+    assert np.degrees(found.joints["hip"].free_angle.value) == pytest.approx(FREE_ANGLE[0], abs=0.6)
+    assert found.joints["hip"].spring_rate.value == pytest.approx(3 * SPRING[0], rel=0.05)
+
+
+def test_rest_angles_allow_for_a_known_torque() -> None:
+    leg, torque = robot(SPRING * 3, DAMPER), np.array([0.0, 0.3, 0.0])  # N m, turns the knee by some 4 deg
+
+    def constant(rotation: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        return torque
+
+    trial = release(leg, (12, -22, 18), np.random.default_rng(4), Rig(noise=0.0, counts=0), extra_torque=constant)
+    (recording,) = recorded(leg, [trial])
+    driven = replace(recording, known_torque=(np.array([0.0, 1.0]), np.array([torque, torque])))
+    search = search_of(bare(leg), [driven], Cost("trajectory", (driven,)))
+    rests = search.rests(3 * SPRING[:, None])[0, :, 0]
+    assert np.degrees(leg.to_measured(rests)) == pytest.approx(FREE_ANGLE, abs=0.6)
+
+
 @pytest.mark.parametrize(
     ("choice", "beside", "said", "key"),
     [
