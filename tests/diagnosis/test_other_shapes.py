@@ -1,4 +1,4 @@
-"""A cause of a set in another shape: a spring that is stiffer on one side, kept as softer on the other; a mount that slides, as one that rocks."""
+"""A cause of a set in another shape: a spring stiffer on one side, kept as softer on the other; a mount that slides."""
 
 from __future__ import annotations
 
