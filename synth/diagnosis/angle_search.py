@@ -34,7 +34,13 @@ from synth.diagnosis.score import first_state, fresh, score
 from synth.diagnosis.screened_causes import same_shape, screen_causes
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 from synth.diagnosis.search_limits import tolerances_at_limits
-from synth.diagnosis.sets_of_causes import from_recorded_states, pairs_of, with_simpler_cause, without_one_cause
+from synth.diagnosis.sets_of_causes import (
+    from_recorded_states,
+    pairs_of,
+    with_pair_replaced,
+    with_simpler_cause,
+    without_one_cause,
+)
 from synth.diagnosis.sifting import Sifting
 from synth.diagnosis.simpler_shapes import cost_with_unknowns, prefer_simpler_shapes
 from synth.diagnosis.workbench import Workbench
@@ -52,6 +58,7 @@ REFINED_SETS = 4  # sets of several causes that get their own derivatives: what 
 # A second and a third cause
 STARTS_OF_OTHER_SHAPE = 2  # of each other shape of a cause in these sets that are continued
 SETS_REDUCED = 3  # best sets of three causes of which one is left out again
+SETS_EXCHANGED = 3  # best sets of three causes in which a pair that acts alike takes the place of theirs
 # The same where recordings are compared in pieces: their cost has cliffs, and a rank after few steps tells less.
 SETS_TRIED_IN_PIECES, SETS_FITTED_IN_PIECES = 30, 10
 RENEWALS_OF_SETS = 24  # most renewals of the derivatives: a pair of strong causes moves far, a little at a time
@@ -68,6 +75,7 @@ SEARCH_PLAN = SearchPlan(
     least_left=0.003,
     pays=0.4,
     anchors_found=2,
+    alike_pairs=2,
 )  # without the price of an unknown, which is the calibration's
 
 
@@ -242,6 +250,17 @@ class AngleExplorer:
             for end in self._fits_without_one_cause(without_one_cause(self.bench, fits, ()), fits)
             if end.keys not in known or rank(known[end.keys]) - rank(end) > LEAST_COST_APART
         ]
+
+    def in_place(
+        self,
+        pair: Assessment[EvaluatedHypothesis],
+        alike: Sequence[Assessment[EvaluatedHypothesis]],
+        sets: Sequence[Assessment[EvaluatedHypothesis]],
+    ) -> list[EvaluatedHypothesis]:
+        """The best sets of the pair and a third cause, with each of the pairs ``alike`` in place of the pair."""
+        found, others = [each.fit for each in sets[:SETS_EXCHANGED]], [each.fit for each in alike]
+        starts = with_pair_replaced(self.bench, found, pair.fit, others)
+        return refine(self.bench, self.bench.evaluate(starts), RENEWALS_OF_SETS)
 
     def _fits_without_one_cause(
         self, fewer: Sequence[EvaluatedHypothesis], found: Sequence[EvaluatedHypothesis]

@@ -23,13 +23,14 @@ def starts_in_other_shapes(
 ) -> list[list[EvaluatedHypothesis]]:
     """Starts of the set with one of its causes in each of its other simple shapes of another strength, shape by shape.
 
-    What both shapes free keeps its value, the strength is that of each rung of the ladder. The cause comes last. Not of
-    compliances: with a state in each trial they imitate others (``_in_another_shape`` of ``angle_search``).
+    What both shapes free keeps its value, the strength is that of each rung of the ladder. The cause comes last. Not in
+    shapes of more links: with a state in each trial they imitate others. A mount that slides has no more than one that
+    rocks, which imitates it about a far point: alone it may fit better, and beside a shifted encoder far worse.
     """
     made = []
     for k, cause in enumerate(fit.hypothesis):
         for other in candidates:
-            simple = not (other.shape.richer or cause.is_compliance)
+            simple = not other.shape.richer and other.links <= cause.links
             new = {*other.effect.strengths} & {*other.shape.free} - {*cause.shape.free}
             if other.key == cause.key and simple and new:
                 first = len(fit.unknowns) - cause.size

@@ -27,12 +27,17 @@ class ExploredFit(FittedHypothesis, Protocol):
 
 F = TypeVar("F", bound=ExploredFit)
 
+# RMS of a pair over that of the best one up to which it acts alike: as ``verdict.RIVAL_RATIO`` of sets that differ in
+# one cause. An armature at the first joint acts as its link's inertia, and leaves 0.2 % more, with a number less.
+ALIKE_RATIO = 1.05
+
 
 @dataclass(frozen=True)
 class SearchPlan:
     """Conditions for searching further causes.
 
     ``anchors`` : single causes used in pairs; ``anchor_pairs`` : pairs that are extended by a third cause;
+    ``alike_pairs`` : pairs that act as the best of them does, tried in its place beside the third causes that it gets;
     ``anchors_found`` : causes of the best pairs and triples that are used in pairs too, though weak alone.
     ``worth`` : least cost reduction of the best single cause. ``satisfied``, ``well`` : RMS over the noise floor, and
     ``least_left`` : share of the squared gap, see ``leaves``. ``pays`` : share of the remainder that a second cause
@@ -49,6 +54,7 @@ class SearchPlan:
     pays: float
     per_parameter: float = 0.0
     anchors_found: int = 0
+    alike_pairs: int = 0
 
     def first(self, singles: Sequence[Assessment[F]]) -> list[Assessment[F]]:
         """Single causes used in pairs."""
@@ -83,6 +89,11 @@ class Explorer(Protocol[F]):
 
         The fit of a strong cause may end in another minimum, and what is needed beside it is then only a way around.
         """
+
+    def in_place(
+        self, pair: Assessment[F], alike: Sequence[Assessment[F]], sets: Sequence[Assessment[F]]
+    ) -> Sequence[F]:
+        """Fits of the best of these ``sets``, in order of cost, with a pair that acts ``alike`` in place of theirs."""
 
     def ratio(self, fit: F) -> float:
         """RMS of a fit's residuals over the noise floor, all samples weighted equally."""
@@ -152,11 +163,19 @@ class CauseSearch(Generic[F]):
         if not plan.paid(promising[0], _best_single_of(promising[0], singles)):
             return pairs
         self.say("a third cause")
-        return _best_assessed([*pairs, *self._assess_fits(self.explorer.beside(promising, singles))])
+        found = self._assess_fits(self.explorer.beside(promising, singles))
+        alike = [pair for pair in pairs[1:] if _act_alike(pair, promising[0])][: plan.alike_pairs]
+        others = self._assess_fits(self.explorer.in_place(promising[0], alike, found)) if alike else []
+        return _best_assessed([*pairs, *found, *others])
 
     def _assess_fits(self, fits: Sequence[F]) -> list[Assessment[F]]:
         """The hypotheses with their errors, in order of cost."""
         return sorted((Assessment(fit, fit.cost, self.explorer.ratio(fit)) for fit in fits), key=lambda a: a.cost)
+
+
+def _act_alike(pair: Assessment[F], best: Assessment[F]) -> bool:
+    """Whether a pair differs from the best one in a single cause and leaves as much."""
+    return len({*pair.keys} - {*best.keys}) == 1 and pair.ratio <= ALIKE_RATIO * best.ratio
 
 
 def _best_single_of(found: Assessment[F], singles: Sequence[Assessment[F]]) -> Assessment[F]:

@@ -63,6 +63,28 @@ def without_one_cause(
     return made
 
 
+def with_pair_replaced(
+    bench: Workbench,
+    found: Sequence[EvaluatedHypothesis],
+    pair: EvaluatedHypothesis,
+    others: Sequence[EvaluatedHypothesis],
+) -> list[EvaluatedHypothesis]:
+    """The sets of a ``pair`` and one further cause with each other pair in place of it; that cause at its values.
+
+    A further cause is searched beside one pair only: of two that act alike by the noise's choice.
+    """
+    made, tried = [], {frozenset(fit.keys) for fit in found}
+    for fit in found:
+        further = [k for k, key in enumerate(fit.keys) if key not in pair.keys]
+        for other in others if len(fit.keys) == len(pair.keys) + 1 == len(further) + 2 else ():
+            cause, point = fit.hypothesis[further[0]], fit.unknowns[fit.slices[further[0]]]
+            keys = frozenset((*other.keys, cause.key))
+            if keys not in tried and cause.stands_beside(other.hypothesis):
+                tried.add(keys)
+                made.append(bench.awake(other.beside([cause], [point])))
+    return made
+
+
 def from_recorded_states(bench: Workbench, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A hypothesis at the unchanged leg, from the initial states that the first samples show."""
     states = [first_state(trial) for trial in bench.trials]

@@ -50,7 +50,7 @@ from synth.swing.explicit_steps import (
     stage,
     stage_of_memories,
 )  # fmt: skip
-from synth.swing.lane_layout import HOLDING, LANES, MOST_LINKS, PLACE, SERVOS, SHARING, WORKING
+from synth.swing.lane_layout import HOLDING, LANES, LOAD_PASSES, MOST_LINKS, PLACE, SERVOS, SHARING, WORKING
 
 # ``chain_modules`` reads this file as text and makes further modules of it, for ``LINKS`` links, which compile in a
 # quarter of the time. Without ``WHOLE`` no memories, events, known torques or servos; without ``EXTRA`` only springs,
@@ -96,8 +96,8 @@ _often: dict[str, Any] = {"inline": "never" if WHOLE else "always", **_called}
 def _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, K):  # type: ignore[no-untyped-def]
     """Write the derivatives of rates and memories at the state in the workspace to ``S`` from ``K`` on.
 
-    Friction that grows with the bearing force depends on the accelerations that it changes. These are computed without
-    it first; the error is of second order in the friction coefficient. Returns the new cursor.
+    Friction that grows with the bearing force depends on the accelerations that it changes: these are computed without
+    it first, see ``LOAD_PASSES``. Returns the new cursor.
     """
     derivative, active, modes, known = given
     if WHOLE:
@@ -109,10 +109,11 @@ def _derivative(chain, extra, bearing, again, S, flat, n, given, t, cursor, K): 
             extra(flat, n, active[0])
         driven_steps.add_known_torque(flat, n, any_active, known)
         if any_load:
-            bearing(flat)
-            extra(flat, n, active[1])
-            driven_steps.add_known_torque(flat, n, any_active, known)
-            again(flat)
+            for _ in range(LOAD_PASSES):
+                bearing(flat)
+                extra(flat, n, active[1])
+                driven_steps.add_known_torque(flat, n, any_active, known)
+                again(flat)
         else:
             chain(flat)
     else:

@@ -51,7 +51,7 @@ from synth.swing.explicit_steps import (
     stage_of_memories,
 )  # fmt: skip
 from synth.swing.lane_clocks import CLOCK, COMING, CUT, CUTS, LEADER, LEAST_PREVIOUS, MOVED, OWN, PREVIOUS, SIZE, STEP
-from synth.swing.lane_layout import LANES, MOST_LINKS, PLACE, WORKING
+from synth.swing.lane_layout import LANES, LOAD_PASSES, MOST_LINKS, PLACE, WORKING
 from synth.swing.turning_events import NEVER
 from synth.swing.turning_times import turns_within
 
@@ -74,15 +74,16 @@ _called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": Tr
 def _derivative(chain, extra, bearing, again, S, n, given, K):  # type: ignore[no-untyped-def]
     """Write the derivatives of rates and memories at the state in the workspace to ``S`` from ``K`` on.
 
-    As in ``chain_integrator``, friction by load takes the bearing forces without it.
+    Friction by load as in ``chain_integrator``.
     """
     derivative, active, any_load = given
     flat = S[WORKING:]
     extra(flat, n, active[0])
     if any_load:
-        bearing(flat)
-        extra(flat, n, active[1])
-        again(flat)
+        for _ in range(LOAD_PASSES):
+            bearing(flat)
+            extra(flat, n, active[1])
+            again(flat)
     else:
         chain(flat)
     K = K & PLACE

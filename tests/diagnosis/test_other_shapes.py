@@ -1,4 +1,4 @@
-"""A cause of a set in another shape: a spring that is stiffer on one side, kept as softer on the other."""
+"""A cause of a set in another shape: a spring stiffer on one side, kept as softer on the other; a mount that slides."""
 
 from __future__ import annotations
 
@@ -49,3 +49,17 @@ def test_a_spring_kept_as_softer_on_the_other_side_finds_its_own_shape() -> None
     other = min(refine(bench, bench.evaluate(starts)), key=lambda fit: fit.cost)
     assert rms_over_noise(bench, stuck) > 3.0
     assert rms_over_noise(bench, other) < 1.1
+
+
+def test_a_mount_that_rocks_is_tried_as_one_that_slides() -> None:
+    """It has no more links; not in the shape that does both, which has."""
+    bench, every = springy()
+    mounts = [c for c in every if c.effect.name == "base_compliance"]
+    rocks = next(c for c in mounts if "arm" in c.shape.free and not c.shape.richer)
+    shift = next(c for c in every if c.effect.name == "encoder_offset")
+    begun = as_recorded(bench)
+    kept = bench.awake(begun.beside([rocks, shift], [np.zeros(rocks.size), np.ones(shift.size)]))
+    (starts,) = starts_in_other_shapes(bench, kept, every)
+    assert {start.hypothesis[1].shape.free for start in starts} == {("stiffness", "mass", "damping_ratio")}
+    assert all(len(start.states[0]) == len(kept.states[0]) for start in starts)
+    assert all(np.isfinite(start.cost) for start in bench.evaluate(starts))

@@ -68,6 +68,9 @@ class LostCause:
     def alone(self, sets: Sequence[Found], singles: Sequence[Found]) -> list[NamedFit]:
         return [NamedFit((CONSTANT,), 140.2)]
 
+    def in_place(self, pair: Found, alike: Sequence[Found], sets: Sequence[Found]) -> list[NamedFit]:
+        return []
+
     def ratio(self, fit: NamedFit) -> float:
         return 1.0 if fit.cost < 150.0 else fit.cost
 
@@ -145,3 +148,50 @@ def test_beside_a_cause_that_tolerances_pull_on_others_are_tried(*, at: bool) ->
     """A tolerance at the limit of its search: the number may be further off, and the cause makes up for it."""
     found = CauseSearch(Pulled(at=at), lambda text: None).run(25)
     assert [pair.keys for pair in found.several] == ([(LIMIT, CONSTANT)] if at else [])
+
+
+DRAG, SCALE, DRY = ("quadratic_damping", "knee"), ("encoder_scale", "hip"), ("coulomb_friction", "hip")
+ROTOR, LINK = ("armature", "hip"), ("link_inertia", "hip")
+
+
+class ThreeCauses(LostCause):
+    """Three causes are needed; a link's inertia acts as the rotor, and with a number more fits the noise better."""
+
+    def none(self) -> NamedFit:
+        return NamedFit((), 4000.0)
+
+    def singles(self) -> list[NamedFit]:
+        return [NamedFit((key,), 3000.0) for key in (DRAG, ROTOR, LINK, DRY)]
+
+    def beside(self, anchors: Sequence[Found], singles: Sequence[Found]) -> list[NamedFit]:
+        if len(anchors[0].keys) == 1:
+            return [NamedFit((LINK, DRAG), 1140.0), NamedFit((ROTOR, DRAG), 1143.0), NamedFit((DRY, DRAG), 1800.0)]
+        return [NamedFit((*anchor.keys, SCALE), 467.0) for anchor in anchors]
+
+    def in_place(self, pair: Found, alike: Sequence[Found], sets: Sequence[Found]) -> list[NamedFit]:
+        assert [each.keys for each in sets] == [(*pair.keys, SCALE)]
+        return [NamedFit((*each.keys, SCALE), 470.0) for each in alike]
+
+    def ratio(self, fit: NamedFit) -> float:
+        return fit.cost / 400.0
+
+
+def test_a_pair_that_acts_as_the_best_one_gets_the_third_cause_too() -> None:
+    """Only the best pair's third cause was tried: of an armature and its link's inertia the noise chose, and no tie."""
+    found = CauseSearch(ThreeCauses(replace(PLAN, alike_pairs=2)), lambda text: None).run(25)
+    assert [item.keys for item in found.several if len(item.keys) == 3] == [(LINK, DRAG, SCALE), (ROTOR, DRAG, SCALE)]
+
+
+def test_what_acts_alike_is_compared_alike_beside_a_third_cause() -> None:
+    """Where a link's inertia, a shifted encoder and a mass were found, an armature takes the inertia's place."""
+    scene, every, both = two_causes()
+    explorer, bench = AngleExplorer(scene.bench, every, CALIBRATED), scene.bench
+    other, third = (next(each for each in every if each.key == key) for key in (LINK, ("link_mass", "knee")))
+    shift = next(each for each in every if each.key == ("encoder_offset", "knee"))
+    nominal = explorer.none()
+    (alike,) = refine(bench, bench.evaluate([nominal.beside([other, shift], [np.zeros(other.size), np.array([1.0])])]))
+    (three,) = refine(bench, bench.evaluate([alike.beside([third], [np.zeros(third.size)])]))
+    one, two, more = (Assessment(fit, fit.cost, rms_over_noise(bench, fit)) for fit in (alike, both, three))
+    (found,) = explorer.in_place(one, [two], [more, one])
+    assert {*found.keys} == {ROTOR, shift.key, third.key}
+    assert found.cost == pytest.approx(three.cost, abs=3.0)

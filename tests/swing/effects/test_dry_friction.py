@@ -15,6 +15,7 @@ from fit.simulated_legs import robot
 from swing.effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.effects.inlined import ASYMPTOTE, BRISTLE_DAMPING, LEAST_PRESLIDING, bend_that_holds
+from synth.swing.lane_layout import LOAD_PASSES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
@@ -304,8 +305,13 @@ def test_friction_proportional_to_spring_torque_reduces_each_half_swing_by_a_sha
     np.testing.assert_allclose(got, [0.5, -0.5 * factor, 0.5 * factor**2], atol=1e-6)
 
 
-def test_load_friction_in_a_leg_is_coulomb_friction_of_the_present_load() -> None:
-    # against solve_ivp with the force from the exact one-link formula: m (g cos q + c w^2) along, m (...) across
+@pytest.mark.parametrize(("passes", "off"), [(LOAD_PASSES, 1e-6), (30, 5e-3)])
+def test_load_friction_in_a_leg_is_coulomb_friction_of_the_present_load(passes: int, off: float) -> None:
+    """Of the force in the bearing that rubs: in so many passes, and within 5e-3 rad of what they converge to.
+
+    Against solve_ivp with the force from the exact one-link formula: m (g cos q + c w^2) along, m (...) across. The
+    forces of the same state without friction leave 25e-3 rad.
+    """
     radius = 0.05
     made = Leg("one", (Joint("joint", LINK, spring=Spring(RATE, 0.4), effects={"load_friction": {"radius": radius}}),))
     mass, com = LINK.mass, LINK.com
@@ -315,22 +321,23 @@ def test_load_friction_in_a_leg_is_coulomb_friction_of_the_present_load() -> Non
 
     def derivative(_: float, state: Array) -> list[float]:
         q, w = state
-        free = acceleration(q, 0.0)  # the load is taken from the accelerations without the friction, as documented
-        across = mass * (com * free + 9.81 * math.sin(q))
-        along = mass * (com * w * w + 9.81 * math.cos(q))
-        return [w, acceleration(q, radius * math.hypot(across, along))]
+        along, friction = mass * (com * w * w + 9.81 * math.cos(q)), 0.0
+        for _ in range(passes):
+            across = mass * (com * acceleration(q, friction) + 9.81 * math.sin(q))
+            friction = radius * math.hypot(across, along)
+        return [w, acceleration(q, friction)]
 
     def stops(_: float, state: Array) -> float:
         return float(state[1])
 
     stops.terminal, stops.direction = True, 1.0  # type: ignore[attr-defined]
-    times = np.linspace(0, 0.15, 31)
+    times = np.linspace(0, 0.14, 29)
     half = solve_ivp(
         derivative, (0, 1), [1.2, -1e-12], "DOP853", events=stops, dense_output=True, rtol=1e-11, atol=1e-12
     )
-    assert half.t[-1] > 0.15
+    assert half.t[-1] > 0.14
     got = simulate(made, [1.2], [0.0], times, tolerance=1e-9)[:, 0]
-    np.testing.assert_allclose(got, half.sol(times)[0], atol=1e-6)
+    np.testing.assert_allclose(got, half.sol(times)[0], atol=off)
 
 
 def test_a_soft_bearing_follows_dahl_s_own_law_to_a_part_in_a_thousand() -> None:

@@ -79,6 +79,15 @@ class JumpExplorer:
         """None: the pairs are made of the single causes' own fits, and no cause is in pairs only."""
         return []
 
+    def in_place(
+        self,
+        pair: Assessment[JumpFit],
+        alike: Sequence[Assessment[JumpFit]],
+        sets: Sequence[Assessment[JumpFit]],
+    ) -> list[JumpFit]:
+        """None: a third cause is not searched."""
+        return []
+
     def ratio(self, fit: JumpFit) -> float:
         """RMS of a fit over the noise floor."""
         trials = zip(fit.residuals, self.bench.trials, strict=True)
