@@ -21,6 +21,7 @@ from pathlib import Path
 
 from batch.clusters import cluster
 from batch.legs import folder_of_legs
+from synth.files.run_manifest import MANIFEST, write_manifest
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "synth" / "examples"
@@ -154,10 +155,11 @@ def hashes(folder: Path) -> dict[str, str]:
 
 
 def _earlier(case: Case) -> None:
-    """An earlier run's result with one other byte in each file."""
-    for name in case.whole:
-        if name != ".synth-output":
-            (case.out / name).write_bytes(b"earlier\n" + (case.out / name).read_bytes())
+    """An earlier run's result of another content, which that run listed."""
+    files = [name for name in case.whole if name != MANIFEST]
+    for name in files:
+        (case.out / name).write_bytes(b"earlier\n" + (case.out / name).read_bytes())
+    write_manifest(case.out, files)
 
 
 def _other(case: Case) -> list[str]:
