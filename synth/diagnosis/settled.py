@@ -65,7 +65,7 @@ def _with_leading_tested(
 
     What is left out beforehand are the sets that the fits prefer. The odds may then prefer a rival of one of them, of
     which nothing was left out: an explanation that no unseen trial has tested is not accepted as it is, nor refused
-    for that. On a dirty rig both causes had 0.5 for that reason alone, and 0.9 when they were tested.
+    for that: untested, an unknown cause has at least 0.5 against it.
     """
     while found.none.unseen is not None:
         untested = [item for item in _leading(found, calibration) if item.unseen is None]
