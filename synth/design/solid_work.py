@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.compiling.solid_kernel import load_cadquery
 from synth.design.chain_work import Built, Packed, check_chain_of, leg_of_copies
 from synth.shared_calls import ResultOf, SideCall
 from synth.side_processes import carried_out, packed, process_count, unpacked
@@ -26,15 +27,8 @@ Known = tuple[Mapping[str, float], Mapping[str, "Pieces"]]
 
 
 def load_kernel() -> None:
-    """Load the solids' kernel and the meshes' libraries, which takes seconds, before they are needed.
-
-    The kernel's Python package imports all of ``vtk``, which is a quarter of that time, and uses nothing of it: its
-    users import the modules of ``vtkmodules`` that they need.
-    """
-    from synth.compiling.modules import left_empty
-
-    with left_empty("vtk"):
-        import cadquery  # noqa: F401
+    """Load the solids' kernel and the meshes' libraries, which takes seconds, before they are needed."""
+    load_cadquery()
     import manifold3d  # noqa: F401
     import scipy.optimize  # noqa: F401  # the gates' linear programme
     import trimesh  # noqa: F401

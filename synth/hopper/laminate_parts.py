@@ -7,6 +7,7 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.compiling.solid_kernel import load_cadquery
 from synth.remarks import decisive
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     ``notes`` states what cannot be drawn, or differs from the simulated leg; ``missing``, in a few words, what keeps
     the parts from being that leg.
     """
+    load_cadquery()
     from synth.cad.hopper_joint import export_hopper, hip_note
     from synth.cad.limits import DimensionError
     from synth.hopper.leg_as_drawn import JOINTS, leg_as_drawn, links_differ

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.compiling.solid_kernel import load_cadquery
 from synth.errors import Problem, UserError
 from synth.files.output import umask, write_bytes_whole, write_json
 from synth.files.shown_units import METRIC, ShownUnits
@@ -127,6 +128,7 @@ def write_solid(spring: SpringDesign, folder: Path) -> None:
     For a spring that can be drawn, see ``reasons_not_drawn``.
     """
     dimensions, arm = _dimensions(spring), spring.arm_lengths[0] * 1e3
+    load_cadquery()
     import cadquery as cq
 
     from synth.cad.checks import check_part, require
