@@ -55,6 +55,9 @@ def _of_column(source: Channels, index: int, stated: str | None) -> LogClock:
 
 def _clock_of_column(source: Channels, index: int, scale: float) -> LogClock:
     numbers = source.numbers
+    if len(source.values) and not np.isfinite(source.values[:, index]).any():
+        text = f'its column "{source.names[index]}" is no clock: write numbers with a unit, dates with times '
+        raise UserError(Problem(f"{text}(2024-03-05 11:59:59.5) or times of day (11:59:59.5)", source.name))
     return log_clock(source.values[:, index], scale, None if numbers is None else lambda: numbers(index))
 
 

@@ -203,8 +203,11 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
     unused |= {key: value is not None for key, value in special.items() if key not in form.keys}
     if form.own_clock:
         unused |= {"time": mapping.time is not None, "frame_rate": mapping.frame_rate is not None}
+    hint = {
+        "points": f"; points are read from {name_list(k for k, each in formats().items() if each.gives == 'points')}"
+    }
     problems = [
-        Problem(f"does not apply to a file of format {form.name}; leave it out", name, key=key)
+        Problem(f"does not apply to a file of format {form.name}; leave it out{hint.get(key, '')}", name, key=key)
         for key, given in unused.items()
         if given
     ]
