@@ -11,6 +11,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import LogClock, log_clock
+from synth.files.recordings_together import ANOTHER_UNIT, clock_fault, fitting_unit
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list, same_name
 from synth.units import factor
 
@@ -50,7 +51,14 @@ def channel_clock(source: Channels, mapping: Mapping, notes: list[str]) -> LogCl
 
 
 def _of_column(source: Channels, index: int, stated: str | None) -> LogClock:
-    return _clock_of_column(source, index, factor(source.unit(index, stated, "time", "s"), "s"))
+    unit = source.unit(index, stated, "time", "s")
+    clock = _clock_of_column(source, index, factor(unit, "s"))
+    fault = clock_fault(clock.time) if _increases(clock.time) else ""  # any other clock is refused for that
+    if fault:
+        place = "Then say so in the header" if source.units[index] else "Then state that one"
+        text = f"{fault}. {ANOTHER_UNIT} {place}{fitting_unit(clock.time, unit)}"
+        raise UserError(Problem(text, source.name, key=f"{source.names[index]} [{unit}]"))
+    return clock
 
 
 def _clock_of_column(source: Channels, index: int, scale: float) -> LogClock:

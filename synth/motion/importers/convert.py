@@ -23,7 +23,10 @@ from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
+from synth.motion.limb_pace import pace_doubt
 from synth.motion.release import Release, find_release
+from synth.pace import own_paces
+from synth.remarks import decisive
 from synth.swing.leg_model import Joint, Leg
 
 Cut = Literal["cut", "free", "keep"]
@@ -144,10 +147,18 @@ def import_file(
     if tracked is not None:
         own = replace(clock, time=time[kept])
         tracked = replace(tracked, clock=own, rotation=tracked.rotation[kept], points=tracked.points[kept])
+    notes += _pace_notes(leg, time[kept], cleaned.angles[kept])
     angles, texts, began = cleaned.angles[kept], tuple(notes), float(time[0])
     return ImportedRecording(
         found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns
     )
+
+
+def _pace_notes(leg: Leg, time: Array, angles: Array) -> list[str]:
+    """The doubt whether a limb moves as fast or slowly as the times (n,) s and angles (n, n_joint) rad say."""
+    own = own_paces(time, angles)
+    text = pace_doubt(leg, float(np.nanmin(own))) if np.isfinite(own).any() else ""
+    return [decisive(text)] if text else []
 
 
 def _refuse_cut(cut: Cut, why: str, name: str) -> None:
