@@ -23,6 +23,7 @@ from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
+from synth.motion.importers.repeated_rows import without_repeated_rows
 from synth.motion.limb_pace import pace_doubt
 from synth.motion.release import Release, find_release
 from synth.pace import own_paces
@@ -113,7 +114,7 @@ def import_file(
         tracked = track(source, leg, mapping)
         clock, angles, notes = tracked.clock, leg.to_measured(tracked.rotation), list(tracked.notes)
     else:
-        clock, angles, notes = _angles(source, leg, mapping)
+        source, clock, angles, notes = _angles(source, leg, mapping)
         source = _with_other_clocks(source, clock)
     time = clock.time
     cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
@@ -226,8 +227,8 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
         raise UserError(problems)
 
 
-def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Array, list[str]]:
-    """The clock and measured angles (n, n_joint) rad of a file of channels."""
+def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, LogClock, Array, list[str]]:
+    """A file of channels without its repeated rows, its clock, and measured angles (n, n_joint) rad."""
     notes = list(source.notes)
     problems: list[Problem] = []
     columns: list[tuple[int, float]] = []
@@ -244,13 +245,14 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock])
-    source = _continued(source, leg, wanted, [index for index, _ in columns], notes)
+    used, clock = without_repeated_rows(source, clock, notes)
+    source = _continued(used, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
     for j, (joint, column) in enumerate(zip(leg.joints, wanted, strict=True)):
         zero = joint.zero if column.zero is None else column.zero
         sign = joint.sign if column.sign is None else column.sign
         angles[:, j] = joint.zero + joint.sign * sign * (angles[:, j] - zero)
-    return clock, angles, [*clock.notes, *notes]
+    return used, clock, angles, [*clock.notes, *notes]
 
 
 def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:
