@@ -1,11 +1,11 @@
 """``synth import``: convert motion recorded by other programs into trials of a leg.
 
-Reads DeepLabCut, SLEAP, Anipose, TRC, C3D, NWB pose, OpenSim, MATLAB, MCAP and ROS bags, and CSV of other column
-names (--list). The format is detected from the content. FILE is such a recording, with --leg, or a project (kind:
-import) that assigns columns or points of many files to the leg's joints. For joints with a drive it brings in
-commands, voltages, currents and the supply too. The output has the trials, the leg, a runnable fit.yaml (of a driven
-leg gap.yaml), a page with the leg as a stick figure, and a list of what was detected, repaired and cut: angle
-jumps by whole turns, left and right exchanged by a tracker, samples before the release.
+Reads DeepLabCut, SLEAP, Anipose, Vicon, Qualisys, OptiTrack, TRC, C3D, NWB pose, OpenSim, MATLAB, MCAP and ROS bags,
+and CSV of other column names (--list). The format is detected from the content. FILE is such a recording, with --leg,
+or a project (kind: import) that assigns columns or points of many files to the leg's joints. For joints with a drive
+it brings in commands, voltages, currents and the supply too. The output has the trials, the leg, a runnable fit.yaml
+(of a driven leg gap.yaml), a page with the leg as a stick figure, and a list of what was detected, repaired and cut:
+angle jumps by whole turns, left and right exchanged by a tracker, samples before the release.
 """
 
 from __future__ import annotations

@@ -26,10 +26,10 @@ from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.uncertainty import root_mean_square, sample_scatter
+from synth.motion.limb_pace import pace_doubt
 from synth.remarks import decisive
 from synth.swing.leg_model import Joint, Leg
 
-SLOWEST, FASTEST = 0.01, 300.0  # of the pendulum frequency sqrt(g/L): a rat's and a robot dog's legs swing at 3
 POOR_SHARE = 0.12  # of a joint's RMS deviation from its rest: larger than the residual of a correct leg
 SCATTER_ALONE = 5.0  # times the samples' scatter, below which nothing remains to explain
 UNEXPLAINED = 1.5  # times the samples' scatter, above which a fit with a rate at a bound of the search is poor too
@@ -59,19 +59,8 @@ def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
             text = _frozen(recording, j)
             if text:
                 messages.append(decisive(f"{recording.name}: {leg.joints[j].name} {text}"))
-    length = sum(joint.link.length for joint in leg.joints)
-    if leg.gravity > 0.0 and recordings:
-        natural = float(np.sqrt(leg.gravity / length))
-        rate = 0.5 / float(np.median([recording.smoothed.pace for recording in recordings]))
-        hint = "are the times milliseconds, labelled as seconds?" if rate < natural else "is the clock right?"
-        if not SLOWEST * natural < rate < FASTEST * natural:
-            text = (
-                f"the recorded motion swings at about {rate / (2 * np.pi):.2g} Hz, a leg of {1e3 * length:.4g} mm "
-                f"hangs and swings at {natural / (2 * np.pi):.2g} Hz, and limbs of this size lie between "
-                f"{SLOWEST:g} and {FASTEST:g} times that; {hint}"
-            )
-            messages.append(decisive(text))
-    return messages
+    pace = float(np.median([recording.smoothed.pace for recording in recordings])) if recordings else np.nan
+    return [*messages, *(decisive(text) for text in [pace_doubt(leg, pace)] if text)]
 
 
 def _frozen(recording: Recording, joint: int) -> str:

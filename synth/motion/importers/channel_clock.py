@@ -11,7 +11,9 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.log_clock import LogClock, log_clock
+from synth.files.recordings_together import ANOTHER_UNIT, clock_fault, fitting_unit
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list, same_name
+from synth.motion.importers.repeated_rows import repeated_rows
 from synth.units import factor
 
 CLOCKS = ("time", "t", "timestamp")
@@ -50,11 +52,38 @@ def channel_clock(source: Channels, mapping: Mapping, notes: list[str]) -> LogCl
 
 
 def _of_column(source: Channels, index: int, stated: str | None) -> LogClock:
-    return _clock_of_column(source, index, factor(source.unit(index, stated, "time", "s"), "s"))
+    unit = source.unit(index, stated, "time", "s")
+    clock = _clock_of_column(source, index, factor(unit, "s"))
+    if np.isfinite(clock.time).all() and (np.diff(clock.time) <= 0.0).any():
+        _refuse_other_rows(source, clock)
+    fault = clock_fault(clock.time) if _increases(clock.time) else ""  # any other clock is refused for that
+    if fault:
+        place = "Then say so in the header" if source.units[index] else "Then state that one"
+        text = f"{fault}. {ANOTHER_UNIT} {place}{fitting_unit(clock.time, unit)}"
+        raise UserError(Problem(text, source.name, key=f"{source.names[index]} [{unit}]"))
+    return clock
+
+
+def _refuse_other_rows(source: Channels, clock: LogClock) -> None:
+    """Refuse a row whose time is not above that of the row before, unless it is that row again; with what to do."""
+    step = np.diff(clock.time)
+    wrong = (step <= 0.0) & ~repeated_rows(clock.time, source.values)[1:]
+    if not wrong.any():
+        return
+    row = int(np.argmax(wrong))
+    then = f"at sample {row + 2}: {clock.time[row]:g} s, then {clock.time[row + 1]:g} s"
+    if step[row] < 0.0:
+        text = f"time runs backwards {then}; if two recordings follow one another, put each in a file of its own"
+        raise UserError(Problem(text, source.name))
+    text = f"time repeats {then}; if the times are rounded and the samples even, state their rate in a project or with "
+    raise UserError(Problem(f"{text}--frame-rate, such as 250 Hz; else correct one of the two", source.name))
 
 
 def _clock_of_column(source: Channels, index: int, scale: float) -> LogClock:
     numbers = source.numbers
+    if len(source.values) and not np.isfinite(source.values[:, index]).any():
+        text = f'its column "{source.names[index]}" is no clock: write numbers with a unit, dates with times '
+        raise UserError(Problem(f"{text}(2024-03-05 11:59:59.5) or times of day (11:59:59.5)", source.name))
     return log_clock(source.values[:, index], scale, None if numbers is None else lambda: numbers(index))
 
 

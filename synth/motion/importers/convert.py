@@ -23,7 +23,11 @@ from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
+from synth.motion.importers.repeated_rows import without_repeated_rows
+from synth.motion.limb_pace import pace_doubt
 from synth.motion.release import Release, find_release
+from synth.pace import own_paces
+from synth.remarks import decisive
 from synth.swing.leg_model import Joint, Leg
 
 Cut = Literal["cut", "free", "keep"]
@@ -110,7 +114,7 @@ def import_file(
         tracked = track(source, leg, mapping)
         clock, angles, notes = tracked.clock, leg.to_measured(tracked.rotation), list(tracked.notes)
     else:
-        clock, angles, notes = _angles(source, leg, mapping)
+        source, clock, angles, notes = _angles(source, leg, mapping)
         source = _with_other_clocks(source, clock)
     time = clock.time
     cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
@@ -144,10 +148,18 @@ def import_file(
     if tracked is not None:
         own = replace(clock, time=time[kept])
         tracked = replace(tracked, clock=own, rotation=tracked.rotation[kept], points=tracked.points[kept])
+    notes += _pace_notes(leg, time[kept], cleaned.angles[kept])
     angles, texts, began = cleaned.angles[kept], tuple(notes), float(time[0])
     return ImportedRecording(
         found_form.name, time[kept], angles, len(time), release, texts, tracked, began, inputs, cleaned.turns
     )
+
+
+def _pace_notes(leg: Leg, time: Array, angles: Array) -> list[str]:
+    """The doubt whether a limb moves as fast or slowly as the times (n,) s and angles (n, n_joint) rad say."""
+    own = own_paces(time, angles)
+    text = pace_doubt(leg, float(np.nanmin(own))) if np.isfinite(own).any() else ""
+    return [decisive(text)] if text else []
 
 
 def _refuse_cut(cut: Cut, why: str, name: str) -> None:
@@ -203,8 +215,11 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
     unused |= {key: value is not None for key, value in special.items() if key not in form.keys}
     if form.own_clock:
         unused |= {"time": mapping.time is not None, "frame_rate": mapping.frame_rate is not None}
+    hint = {
+        "points": f"; points are read from {name_list(k for k, each in formats().items() if each.gives == 'points')}"
+    }
     problems = [
-        Problem(f"does not apply to a file of format {form.name}; leave it out", name, key=key)
+        Problem(f"does not apply to a file of format {form.name}; leave it out{hint.get(key, '')}", name, key=key)
         for key, given in unused.items()
         if given
     ]
@@ -212,8 +227,8 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
         raise UserError(problems)
 
 
-def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Array, list[str]]:
-    """The clock and measured angles (n, n_joint) rad of a file of channels."""
+def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, LogClock, Array, list[str]]:
+    """A file of channels without its repeated rows, its clock, and measured angles (n, n_joint) rad."""
     notes = list(source.notes)
     problems: list[Problem] = []
     columns: list[tuple[int, float]] = []
@@ -230,13 +245,14 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[LogClock, Arr
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock])
-    source = _continued(source, leg, wanted, [index for index, _ in columns], notes)
+    used, clock = without_repeated_rows(source, clock, notes)
+    source = _continued(used, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
     for j, (joint, column) in enumerate(zip(leg.joints, wanted, strict=True)):
         zero = joint.zero if column.zero is None else column.zero
         sign = joint.sign if column.sign is None else column.sign
         angles[:, j] = joint.zero + joint.sign * sign * (angles[:, j] - zero)
-    return clock, angles, [*clock.notes, *notes]
+    return used, clock, angles, [*clock.notes, *notes]
 
 
 def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:

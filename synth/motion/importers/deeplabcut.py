@@ -2,7 +2,8 @@
 
 Written by ``analyze_videos(..., save_as_csv=True)`` as pandas writes a table with column levels; x, y in pixels from
 the picture's upper left corner, y downward, and the network's likelihood of each point (Mathis et al., *Nature
-Neuroscience* 21 (2018) 1281).
+Neuroscience* 21 (2018) 1281). Lightning Pose writes the same; its ensemble Kalman smoother adds columns of medians and
+variances (``x_ens_median``, ``x_posterior_var`` ...), which are not used: x and y are the smoothed position.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def _columns(header: dict[str, list[str]], individual: str | None, name: str) ->
     for part, places in found.items():
         if "z" in places:
             raise UserError(Problem("contains points in space (x, y, z); save them as C3D", name, key=part))
-        if set(places) != {"x", "y", "likelihood"}:
+        if not {"x", "y", "likelihood"} <= set(places):
             text = f"has the columns {name_list(places)} where x, y, likelihood are needed"
             if set(places) == {"x", "y"}:
                 text = "has no likelihood: these are manual training labels, not a tracked video"

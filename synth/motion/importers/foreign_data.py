@@ -12,6 +12,8 @@ from synth.errors import Problem, UserError
 from synth.files.validate import near
 from synth.units import factor
 
+# Cells of a table that stand for a missing value
+MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 NAMES_SHOWN = 40  # names in a message: all points of most trackers
 
 
@@ -118,10 +120,17 @@ class Markers:
     picture: tuple[str, str] | None = None
 
     def find(self, wanted: str) -> int:
-        """The index of a point; raises UserError with the existing points."""
-        found = indices_of_name(wanted, self.names)
+        """The index of a point; raises UserError with the existing points.
+
+        Capture systems write a subject before the name, ``Rat:hip``: the name alone is enough where it is the only one.
+        """
+        alone = tuple(name.rpartition(":")[2] for name in self.names)
+        found = indices_of_name(wanted, self.names) or indices_of_name(wanted, alone)
         if len(found) == 1:
             return found[0]
+        if found:
+            several = name_list(self.names[index] for index in found)
+            raise UserError(Problem(f'"{wanted}" is the name of several points: {several}', self.name))
         hint = near(wanted, self.names)
         hint = hint if hint.startswith("; did you mean") else f"; the file has {name_list(self.names)}"
         raise UserError(Problem(f'there is no point "{wanted}"{hint}', self.name))

@@ -1,7 +1,9 @@
 """Plain CSV from any logger: other column names, units in brackets or in the project, commas, semicolons or tabs.
 
 Comment lines before the header are skipped. Where numbers follow them directly, the last one is the header, as numpy's
-``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is recognised.
+``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is recognised, and so
+is the first line ``sep=;`` by which a spreadsheet is told the separator. A column of dates or times of day is read in
+seconds.
 """
 
 from __future__ import annotations
@@ -19,8 +21,9 @@ from synth.files.csv_rows import SEPARATORS, csv_rows, pointed
 from synth.files.import_project import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
-from synth.motion.importers.foreign_data import Channels
+from synth.motion.importers.foreign_data import MISSING, Channels
 from synth.motion.importers.registry import UTF_16, loader, text_start
+from synth.motion.importers.text_clock import text_clock
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 TRIED = 20  # lines, header included, by which the separator is chosen
@@ -29,7 +32,7 @@ _MARK = re.compile(r"\s*(?:#+|%+|//+)\s*")  # with which a comment begins
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _OTHER = re.compile(r"volt|supply|battery|current|torque|effort|moment|velocity|speed", re.IGNORECASE)
 _THOUSANDS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+") for mark in ".,"}
-_MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
+_TOLD = re.compile(r'"?sep=(.)"?[;,\t]*\s*', re.IGNORECASE)  # Excel's first line; saved again, it is a row of cells
 
 
 def is_table(start: bytes, path: Path) -> bool:
@@ -46,16 +49,17 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     UserError : no rows, no header, rows of another length, or a cell of a wanted column that is not a number.
     """
     lines = list(io.StringIO(_text(path, name), newline=""))
-    above = 0
+    told = _told_separator(lines, name)
+    above = 0 if told is None else 1
     while above < len(lines) and (not lines[above].strip() or lines[above].lstrip().startswith(COMMENTS)):
         above += 1
-    separator = _separator(lines[above : above + TRIED], name)
+    separator = told or _separator(lines[above : above + TRIED], name)
     numbered = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
             if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
     while numbered and not any(cell.strip() for cell in numbered[-1][1]):
         numbered.pop()  # between others such a row is a missing sample, where the rows are the clock; here it is none
     if numbered and _holds_numbers(numbered[0][1], separator):
-        numbered = [*_commented_header(lines[:above], numbered[0], separator, name), *numbered]
+        numbered = [*_commented_header(lines[told is not None : above], numbered[0], separator, name), *numbered]
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
     if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))
@@ -66,6 +70,7 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     first = 1
     if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
         found_units, first = tuple(cell.strip() for cell in rows[1][: len(titles)]), 2
+    found_units, notes = _clocks_in_seconds(rows[first:], titles, found_units)
     values = _values(rows[first:], numbers[first:], titles, separator, name)
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
     if repeated is not None:
@@ -74,7 +79,34 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     def exact(column: int) -> list[Decimal | None]:
         return [exact_number(pointed(row[column], separator)) for row in rows[first:]]
 
-    return Channels(name, tuple(names), tuple(found_units), values, numbers=exact)
+    return Channels(name, tuple(names), tuple(found_units), values, notes=notes, numbers=exact)
+
+
+def _told_separator(lines: list[str], name: str) -> str | None:
+    """The separator that the first line states, None if it states none."""
+    match = _TOLD.fullmatch(lines[0]) if lines else None
+    if match is None:
+        return None
+    if match[1] not in SEPARATORS:
+        text = f'states the separator "{match[1]}"; write it with commas, semicolons or tabs'
+        raise UserError(Problem(text, name, 1))
+    return match[1]
+
+
+def _clocks_in_seconds(
+    rows: list[list[str]], titles: list[str], units_of: tuple[str, ...]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Put columns of dates or times of day in seconds, in place; the columns' units, and a note on each."""
+    found, notes = list(units_of), []
+    for column, title in enumerate(titles):
+        clock = text_clock([row[column] if column < len(row) else "" for row in rows])
+        if clock is None:
+            continue
+        for row, cell in zip(rows, clock[0], strict=True):
+            row[column : column + 1] = [cell] if column < len(row) else []
+        found[column] = "s"
+        notes.append(f'"{title}" holds {clock[1]}: read in seconds')
+    return tuple(found), tuple(notes)
 
 
 def _holds_numbers(row: list[str], separator: str) -> bool:
@@ -128,7 +160,7 @@ def _separator(lines: list[str], name: str) -> str:
         except UserError:
             continue  # a cell is too long; the right separator's error is raised when the whole file is read
         if rows and len(rows[0]) > 1:
-            cells = [cell for row in rows[1:] for cell in row if cell.strip().casefold() not in _MISSING]
+            cells = [cell for row in rows[1:] for cell in row if cell.strip().casefold() not in MISSING]
             numbers = sum(_number(cell, separator) is not None for cell in cells)
             scores[separator] = 2 * numbers - len(cells), len(rows[0])
     return max(scores, key=scores.__getitem__, default=",")
@@ -178,7 +210,7 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
             if number is not None:
                 values[k, column] = number
                 numeric[column] |= number == number
-            elif row[column].strip().casefold() not in _MISSING and numeric[column]:
+            elif row[column].strip().casefold() not in MISSING and numeric[column]:
                 raise UserError(Problem(_no_number(row[column].strip()), name, line, titles[column]))
     if separator != ",":
         _refuse_thousands(rows, lines, titles, numeric, name)
@@ -192,7 +224,7 @@ def _refuse_commas(rows: list[list[str]], lines: list[int], titles: list[str | N
     problems = []
     for column, title in enumerate(titles):
         cells = [(row[column].strip(), line) for row, line in zip(rows, lines, strict=True)]
-        filled = [(cell, line) for cell, line in cells if cell.casefold() not in _MISSING]
+        filled = [(cell, line) for cell, line in cells if cell.casefold() not in MISSING]
         if title is not None and filled and all(pointed(cell, ";") != cell for cell, _ in filled):
             problems.append(Problem(_no_number(filled[0][0]), name, filled[0][1], title))
     if problems:
@@ -230,6 +262,6 @@ def _number(cell: str, separator: str) -> float | None:
     """A cell's number; decimals take a comma where semicolons or tabs separate."""
     text = pointed(cell, separator)
     try:
-        return float(text) if "_" not in text and text.casefold() not in _MISSING else None
+        return float(text) if "_" not in text and text.casefold() not in MISSING else None
     except ValueError:
         return None

@@ -73,3 +73,25 @@ def test_a_column_of_frames_that_does_not_count_up_is_refused(tmp_path: Path) ->
     frames[7] = 6
     with pytest.raises(UserError, match=r'column "frame" does not count the frames: sample 8 has 6 after 6'):
         imported(table("frame", frames), tmp_path / "a.csv", RATE)
+
+
+def told_by(path: Path, title: str, scale: float) -> tuple[str, ...]:
+    """The notes on the recording with its times multiplied by ``scale`` under that header."""
+    table(title, scale * angles()[0]).to_csv(path, index=False)
+    return import_file(path, leg(), Mapping(), name=path.name, cut="keep").notes
+
+
+def test_seconds_labelled_as_milliseconds_are_told_where_they_are_read(tmp_path: Path) -> None:
+    doubt = "would: is the clock right?"
+    assert any(note.endswith(doubt) for note in told_by(tmp_path / "a.csv", "time [ms]", 1.0))
+    assert not any(doubt in note for note in told_by(tmp_path / "a.csv", "time [ms]", 1e3))
+
+
+@pytest.mark.parametrize(("title", "scale", "unit"), [("time [s]", 1e3, "ms"), ("time [ms]", 1e6, "us")])
+def test_the_unit_that_a_refused_clock_has_is_that_of_the_file_s_own_header(
+    tmp_path: Path, title: str, scale: float, unit: str
+) -> None:
+    with pytest.raises(UserError) as caught:
+        told_by(tmp_path / "a.csv", title, scale)
+    assert f"a.csv: {title}: the samples are 5 s apart" in str(caught.value)
+    assert f"say so in the header: with time [{unit}] they would be 0.005 s apart" in str(caught.value)

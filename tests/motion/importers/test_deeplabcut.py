@@ -184,3 +184,22 @@ def test_manual_labels_and_hdf5_are_refused_with_the_way_to_convert_them(tmp_pat
     (tmp_path / "a.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
     with pytest.raises(UserError, match="HDF5 of an unknown program"):
         imported(tmp_path / "a.h5")
+
+
+def test_lightning_pose_s_smoother_adds_columns(tmp_path: Path) -> None:
+    """As ensemble Kalman smoothing (eks) writes its table: medians and variances beside x, y, likelihood."""
+    time, measured = angles()
+    columns, data = [], []
+    for k, part in enumerate(PARTS):
+        x, y = pixels(points(measured))[:, k].T
+        more = {"x_ens_median": x + 30.0, "y_ens_median": y - 30.0, "x_ens_var": 0.1 * np.ones_like(x)}
+        for coordinate, values in {"x": x, "y": y, "likelihood": np.full_like(x, 0.99), **more}.items():
+            columns.append(("ensemble-kalman_tracker", part, coordinate))
+            data.append(values)
+    names = ["scorer", "bodyparts", "coords"]
+    pd.DataFrame(np.column_stack(data), columns=pd.MultiIndex.from_tuples(columns, names=names)).to_csv(
+        tmp_path / "a.csv"
+    )
+    found = imported(tmp_path / "a.csv")
+    np.testing.assert_allclose(found.time, time, atol=1e-12)
+    np.testing.assert_allclose(np.degrees(found.angles), measured, atol=1e-9)
