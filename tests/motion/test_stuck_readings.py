@@ -25,6 +25,28 @@ def test_a_sensor_that_drops_out_to_one_value_is_lost(length: int, noise: float,
     np.testing.assert_array_equal(np.flatnonzero(lost_samples(TIME, angle)), np.arange(at, at + length))
 
 
+@pytest.mark.parametrize(("noise", "at", "length"), [
+    (0.0, 20, 4), (0.05, 20, 3), (0.05, 20, 4), (0.05, 20, 8), (0.05, 20, 12),
+    (0.05, 45, 8),  # across the turning point at 0.25 s
+    (0.05, 66, 6),
+])  # fmt: skip
+def test_readings_that_repeat_the_last_one_in_motion_are_lost(noise: float, at: int, length: int) -> None:
+    """Of ``length`` equal ones the first was measured. A bus that holds for 15 to 60 ms looked like a hand."""
+    angle = swing(noise)
+    angle[at : at + length] = angle[at]
+    np.testing.assert_array_equal(np.flatnonzero(lost_samples(TIME, angle)), np.arange(at + 1, at + length))
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 200.0, 500.0])
+def test_a_joint_that_leaves_a_stop_or_a_slow_sensor_repeats_nothing(rate: float) -> None:
+    time = np.arange(0.0, 1.2, 1.0 / rate)
+    angle = 25.0 * np.cos(2 * np.pi * 2.0 * time) + 6.0 * np.cos(2 * np.pi * 4.7 * time + 1.0)
+    stopped = np.radians(np.clip(angle, -14.0, 17.0))
+    every_third = np.radians(angle)[np.arange(len(time)) // 3 * 3]
+    for read in (stopped, every_third):
+        assert not lost_samples(time, read[:, None]).any()
+
+
 def test_a_drop_out_is_no_release() -> None:
     """The recording begins in motion: the search found the release at the drop-out and 0.45 s of motion were cut."""
     knee = Joint("knee", zero=np.pi, sign=1, link=Link(0.22, 0.207, 0.075, 1.09e-3), spring=Spring(1.7, 1.9),
