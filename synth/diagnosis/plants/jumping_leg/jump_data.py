@@ -25,12 +25,14 @@ from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, noted
+from synth.units import factor
 
 EFFECTIVE_SAMPLES = 50.0  # samples per trial and channel that count as independent
 DENSE_STEP = 1e-3  # s; faster recordings are averaged
 TIME_AFTER_PUSH = 0.01  # s after the push that still count
 STOP_MARGIN = np.radians(2.5)  # a pull-up that begins nearer to the stop may rest on it
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
+UNITS = {ANGLE: "deg", FORCE: "N", CURRENT: "A", "supply": "V", "pitch": "deg", "foot slide": "mm"}  # as written
 # Model error in addition to noise: share of a channel's largest value that our models do not resolve.
 MODEL_ERROR_SHARE = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
 JITTER = 5e-5  # s, timing error of the samples, which matters where a channel is steep
@@ -229,3 +231,8 @@ def pooled_noise(jumps: Sequence[Jump], channel: str) -> float:
     """Noise of a channel over trials, RMS; 0 if no trial has it."""
     found = [jump.noise[channel] ** 2 for jump in jumps if channel in jump.noise]
     return float(np.sqrt(np.mean(found))) if found else 0.0
+
+
+def factor_of(channel: str) -> float:
+    """SI value of one unit of those in which a channel is written."""
+    return factor(UNITS[channel], {"deg": "rad", "mm": "m"}.get(UNITS[channel], UNITS[channel]))
