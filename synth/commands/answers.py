@@ -28,6 +28,7 @@ MOST_NOTES = 5  # on the screen; the report has all
 NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
 LARGEST_AT_NOISE = 0.5  # noise floors, of a gap's remainder: as on the page
 MOST_CAUSES = 5  # on the screen: a glance, with those that the sentence names; the report has all
+ANY_SHARE = [-1.0, 1.0]  # interval of a share of which the trials tell nothing, see ``PredictionErrors.shrink``
 OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 
@@ -132,9 +133,8 @@ def gap_text(content: Json) -> str:
     rows = [["cause", "joint", "probability", "reduces the gap by"]]
     listed = listed_causes(dict(content), MOST_CAUSES)
     for entry in listed:
-        shrink = entry["shrink"]["value"] if entry.get("shrink") else None
-        shown = "-" if shrink is None else f"{round(shrink, 2) + 0.0:.0%}"  # no -0%
-        rows.append([entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"]), shown])
+        row = [entry["effect"].replace("_", " "), entry["joint"], _chance(entry["probability"])]
+        rows.append([*row, _reduction(entry.get("shrink"))])
     others = 1.0 - content["probability_none"] - content["probability_unknown"]
     others -= sum(entry["probability"] for entry in listed)
     if len(content["explanation"]) < 2 and others >= 0.005:  # those of causes that act together do not add up to 1
@@ -142,6 +142,15 @@ def gap_text(content: Json) -> str:
     rows.append([_words_of_none(content), "", _chance(content["probability_none"]), "-"])
     rows.append(["not in the library", "", _chance(content["probability_unknown"]), "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content)}"
+
+
+def _reduction(shrink: Json | None) -> str:
+    """The share in whole per cent; of a gap at the noise, of which the trials allow any share, that it is not known."""
+    if not shrink:
+        return "-"
+    if shrink["value"] == 0.0 and shrink.get("interval90") == ANY_SHARE:
+        return "unknown"
+    return f"{round(shrink['value'], 2) + 0.0:.0%}"  # no -0%
 
 
 def _words_of_none(content: Json) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from synth.diagnosis.diagnosis_result import Cause, Verdict
+from synth.diagnosis.prediction_error import AT_NOISE
 from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
 from synth.estimation.parameters import Parameter, PlantEffect
@@ -67,6 +68,14 @@ class ErrorWording:
     further: FurtherCauseWords | None = None
     tried: bool = True
     released: bool = True
+
+    @property
+    def shows_no_share(self) -> bool:
+        """Whether the error within tolerances is at the noise already: then it falls by nothing, whatever is missing.
+
+        The tolerances alone follow the angle; that they would have to, or another channel, shows a cause.
+        """
+        return self.takes < LEAST_SHOWN_SHARE and self.before.value <= AT_NOISE * self.floor.value
 
 
 @dataclass(frozen=True)
@@ -196,10 +205,14 @@ def sentence(
             f"{_either_or(wording, causes, tied[:2])}: these trials cannot distinguish them. With any of them {error} "
             f"{_change_range_words(wording, wording.after, *wording.each)}, noise {floor}.{rest}"
         )
-    return (
-        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {_reduction_words(wording.takes, len(causes))}: "
-        f"{error} {_change_range_words(wording, wording.after)}, noise {floor}.{_fitted_words(wording)}{rest}"
-    )
+    named = f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %"
+    change = f"{error} {_change_range_words(wording, wording.after)}, noise {floor}"
+    if wording.shows_no_share:
+        return (
+            f"{named}. {change[0].upper()}{change[1:]}: within tolerances {wording.nominal} is at the noise already, "
+            f"and shows no share of the gap that the cause takes.{rest}"
+        )
+    return f"{named}; {_reduction_words(wording.takes, len(causes))}: {change}.{_fitted_words(wording)}{rest}"
 
 
 def _fitted_words(wording: ErrorWording) -> str:

@@ -23,13 +23,12 @@ from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.plate_zero import QUIET, quiet_band
 from synth.hopper.switch_on import LATE_ANGLE, PUSHED, noise_of, push_begins
 from synth.jump.hopper_leg import HopperLeg
-from synth.noise import white_noise
 
 ZERO = np.radians(10.0)  # largest error of an encoder's zero
 LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump
-QUIET = 0.02  # s, least time that a foot in the air leaves the plate quiet
 COARSE = 0.1  # of a rise, which models are often apart: a wider half interval is reported
 
 
@@ -39,8 +38,8 @@ class MeasuredJump:
 
     ``rise`` : of the centre of mass over the crouch, m. ``rise_after_takeoff`` : v^2 / (2 g), its part in the air, m;
     ``flight_rise`` : the same from the flight time and the two poses, None if it does not land within the recording.
-    ``rise_reach`` : half of the 90 % interval of ``rise``, from the plate's sampling and noise. ``samples`` : of the
-    push.
+    ``rise_reach`` : half of the 90 % interval of ``rise``, from the plate's sampling, noise and zero. ``samples`` : of
+    the push.
     """
 
     name: str
@@ -131,16 +130,22 @@ def refuse_no_push(jump: HopperRecording, weight: float) -> None:
 
 
 def measure(
-    jump: HopperRecording, mass: float, gravity: float, height: Callable[[float], float] | None = None
+    jump: HopperRecording,
+    mass: float,
+    gravity: float,
+    height: Callable[[float], float] | None = None,
+    zero_deviation: float = 0.0,
 ) -> MeasuredJump:
     """Takeoff, speed and rise of one recording that starts at rest in the crouch when the motors are switched on.
 
     Parameters
     ----------
+    jump : its force counts from the plate's zero, see ``plate_zero``.
     mass : kg, of the leg; it counts as exact.
     gravity : m/s^2.
     height : of the centre of mass over the foot, m, at an upper link's angle, rad; None: as if it landed in the pose
         of its takeoff.
+    zero_deviation : N, standard error of the plate's zero.
 
     Raises
     ------
@@ -148,9 +153,7 @@ def measure(
     """
     time, force = jump["time"], jump["ground force"]
     weight = mass * gravity
-    noise = white_noise(force, 1)
-    # Nothing stands on the plate: within five deviations of zero, or a twentieth of the weight.
-    quiet = np.abs(force) < max(5.0 * noise, 0.05 * weight)
+    quiet = np.abs(force) < quiet_band(force, weight)  # nothing stands on the plate
     refuse_no_push(jump, weight)
     begin = push_begins(force, weight)
     takeoff = _first_quiet(time, quiet, begin)
@@ -166,7 +169,7 @@ def measure(
     # does not matter where the sum ends.
     end = slice(0, takeoff + 1 + int(np.argmax(force[takeoff:] <= 0.0)))
     rise = _risen(time[end], acceleration[end], gravity)
-    reach = _rise_reach(time[end], acceleration[end], begin, gravity, noise_of(force) / mass)
+    reach = _rise_reach(time[end], acceleration[end], begin, gravity, (noise_of(force) / mass, zero_deviation / mass))
     landed = np.flatnonzero(~quiet[takeoff:])
     flight = None
     if len(landed):
@@ -196,12 +199,14 @@ def _risen(time: Array, acceleration: Array, gravity: float) -> float:
     return way + speed**2 / (2 * gravity)
 
 
-def _rise_reach(time: Array, acceleration: Array, begin: int, gravity: float, noise: float) -> float:
-    """Half of the rise's 90 % interval, m, from three independent deviations.
+def _rise_reach(time: Array, acceleration: Array, begin: int, gravity: float, deviations: tuple[float, float]) -> float:
+    """Half of the rise's 90 % interval, m, from four independent deviations.
 
     The change by leaving out every other sample, which at least doubles a trapezoid sum's error; when the force rises
-    between the samples before and at ``begin``, uniform; and the plate's ``noise``, m/s^2.
+    between the samples before and at ``begin``, uniform; and the ``deviations`` of the plate's noise, by sample, and
+    zero, the same in all, m/s^2.
     """
+    noise, zero = deviations
     last = len(time) - 1
     every = np.arange(last + 1)
     halves = [np.unique(np.concatenate([[0], every[first:last:2], [last]])) for first in (1, 2)]
@@ -211,8 +216,9 @@ def _rise_reach(time: Array, acceleration: Array, begin: int, gravity: float, no
     later = time[-1] - time + _speed_and_way(time, acceleration)[0] / gravity
     before = max(begin - 1, 0)
     risen = 0.5 * (acceleration[begin] - acceleration[before]) * (time[begin] - time[before]) * later[begin]
-    scatter = noise * float(np.linalg.norm(np.gradient(time) * later))
-    return NORMAL90 * float(np.linalg.norm([missed, risen / np.sqrt(3.0), scatter]))
+    adds = np.gradient(time) * later
+    scatter, shift = noise * float(np.linalg.norm(adds)), zero * float(np.sum(adds))
+    return NORMAL90 * float(np.linalg.norm([missed, risen / np.sqrt(3.0), scatter, shift]))
 
 
 def _middle(values: Array) -> Array:

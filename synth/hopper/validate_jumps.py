@@ -22,6 +22,7 @@ from synth.hopper.measured_jump import (
 )
 from synth.hopper.motors import motor_of
 from synth.hopper.odd_recording import refuse_odd
+from synth.hopper.plate_zero import PlateZero, without_plate_zero
 from synth.hopper.switch_on import SwitchOn, from_switch_on
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
@@ -48,12 +49,14 @@ class ModelComparison:
 class Validation:
     """All jumps, the models, and the recorded and predicted curves of the first jump for a figure.
 
-    ``switched_on`` : of each jump, on its recording's clock. ``mean_rise`` : m; ``rise_reach`` : m, half of its 90 %
-    interval. Jumps recorded alike miss the same peaks of the force, so the mean is as uncertain as one of them.
+    ``switched_on`` : of each jump, on its recording's clock; ``plate_zeros`` : of each, subtracted. ``mean_rise`` : m;
+    ``rise_reach`` : m, half of its 90 % interval. Jumps recorded alike miss the same peaks of the force, so the mean is
+    as uncertain as one of them.
     """
 
     jumps: list[MeasuredJump]
     switched_on: list[SwitchOn]
+    plate_zeros: list[PlateZero]
     comparisons: list[ModelComparison]
     mean_rise: float
     rise_reach: float
@@ -70,11 +73,13 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
     motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
     leg = project.design.leg.with_length(project.length)
     mass = leg.total_mass(motor)
-    for jump in project.jumps:
+    weighed = [without_plate_zero(jump, mass * leg.gravity) for jump in project.jumps]
+    for jump, _ in weighed:
         refuse_out_of_reach(jump.name, jump["upper link"], leg)
         refuse_no_push(jump, mass * leg.gravity)
         refuse_still(jump.name, jump["upper link"], leg)
-    timed = [from_switch_on(jump, mass * leg.gravity) for jump in project.jumps]
+    zeros = [zero for _, zero in weighed]
+    timed = [from_switch_on(jump, mass * leg.gravity) for jump, _ in weighed]
     jumps = [jump for jump, _ in timed]
     for jump in jumps:
         refuse_other_crouch(jump, leg)
@@ -83,7 +88,9 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
     def height(angle: float) -> float:
         return leg.centre_height(motor, min(angle, bent))
 
-    measured = [measure(jump, mass, leg.gravity, height) for jump in jumps]
+    measured = [
+        measure(jump, mass, leg.gravity, height, zero.deviation) for jump, zero in zip(jumps, zeros, strict=True)
+    ]
     _refuse_odd_jump(measured)
     jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
     comparisons, curves = [], {}
@@ -109,7 +116,7 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
     }
     mean_rise = float(np.mean([jump.rise for jump in measured]))
     reach = float(np.mean([jump.rise_reach for jump in measured]))
-    return Validation(measured, [found for _, found in timed], comparisons, mean_rise, reach, curves)
+    return Validation(measured, [found for _, found in timed], zeros, comparisons, mean_rise, reach, curves)
 
 
 def _refuse_odd_jump(jumps: Sequence[MeasuredJump]) -> None:

@@ -93,8 +93,8 @@ def validation_json(found: Validation) -> dict[str, Any]:
         ],
         "notes": [
             text
-            for jump, begun in zip(found.jumps, found.switched_on, strict=True)
-            for text in (begun.sentence(jump.name), jump.sentence())
+            for jump, begun, zero in zip(found.jumps, found.switched_on, found.plate_zeros, strict=True)
+            for text in (begun.sentence(jump.name), zero.sentence(jump.name), jump.sentence())
             if text
         ],
         "mean_rise": quantity(found.mean_rise, "m", measured),

@@ -111,6 +111,32 @@ def test_an_error_falls_only_where_it_does(after: float, takes: float, words: st
     assert f"The hip sticks, 80 %; {words}, noise" in sentence("effect", ["the hip sticks"], [], 0.8, told)
 
 
+def test_a_gap_at_the_noise_shows_no_share() -> None:
+    """A gear loss of a jumping leg, which its tolerances imitated in the angle: "94 %; it does not reduce the gap"."""
+    told = replace(TOLD, falls_from="0.11°", before=degrees(0.11), after=degrees(0.1), floor=degrees(0.11), takes=0.0)
+    said = sentence("effect", ["the hip sticks"], [], 0.94, told)
+    assert said.startswith("The hip sticks, 94 %. The error on unseen releases falls from 0.11° to 0.1°, noise 0.11°: ")
+    assert "is at the noise already, and shows no share" in said
+    assert "not reduce" not in said
+
+
+@pytest.mark.parametrize(
+    ("shrink", "cell"),
+    [
+        ({"value": 0.0, "interval90": [-1.0, 1.0]}, "unknown"),
+        ({"value": 0.0, "interval90": [-0.1, 0.2]}, "0%"),
+        ({"value": 0.9, "interval90": [-1.0, 1.0]}, "90%"),
+        (None, "-"),
+    ],
+)
+def test_a_share_of_which_the_trials_tell_nothing_is_unknown(shrink: dict[str, object] | None, cell: str) -> None:
+    entry = {"effect": "backlash", "joint": "hip", "probability": 0.9, "shrink": shrink}
+    content = {"verdict": "effect", "ranked": [entry], "explanation": [entry], "probability_none": 0.1,
+               "probability_unknown": 0.0}  # fmt: skip
+    row = next(line for line in answers.gap_text(content).splitlines() if line.startswith("backlash"))
+    assert row.split()[-1] == cell
+
+
 def test_the_reason_of_another_trial_says_as_the_headline_whether_a_cause_is_near() -> None:
     assert "not sure enough to be named" in reason_for_next_trial("unknown", [""], FAR, takes=0.74)
     assert "effect is unknown" in reason_for_next_trial("unknown", [""], FAR, takes=0.04)

@@ -10,9 +10,13 @@ import pytest
 from hopper.recorded import DESIGN, PART, Effects, jumped, write
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import candidates
+from synth.diagnosis.plants.jumping_leg.jump_data import pooled_noise
 from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
+from synth.diagnosis.plants.jumping_leg.jump_words import other_channels_text
 from synth.files.hopper_gap_project import read_hopper_gap_project
 from synth.parts.catalogs import Catalogue
+from synth.units import significant
 
 NOTHING: Effects = {}
 
@@ -46,6 +50,23 @@ def test_a_fit_is_solved_from_its_point_whatever_it_carries(leg: JumpingLeg) -> 
     foreign = JumpFit(fit.hypothesis, fit.unknowns, fit.own, tuple(100.0 * r for r in fit.residuals), fit.slopes, 1e9)
     one, other = (bench.solve(each, rounds=2) for each in (fit, foreign))
     np.testing.assert_array_equal(one.unknowns, other.unknowns)
+
+
+def test_readings_beside_the_angle_show_a_cause(leg: JumpingLeg) -> None:
+    """The tolerances took the angle to its noise, and the sentence said of a true cause that it reduces no gap."""
+    (jump,) = leg.scored
+    noise = {name: pooled_noise((jump,), name) for name in jump.measured}
+
+    def predicted(**off: float) -> ScoredJump:
+        away = {name.replace("_", " "): times for name, times in off.items()}
+        channels = {name: read + away.get(name, 0.0) * noise[name] for name, read in jump.measured.items()}
+        return ScoredJump(channels, np.zeros(2))
+
+    said = other_channels_text((jump,), (predicted(upper_link=9.0, ground_force=4.0),), (predicted(),))
+    force = [significant(times * noise["ground force"], 2) for times in (4.0, 0.0, 1.0)]
+    assert said.endswith(f": ground force from {force[0]} to {force[1]} N (noise {force[2]}).")
+    assert not other_channels_text((jump,), (predicted(ground_force=1.0),), (predicted(),))
+    assert not other_channels_text((jump,), (predicted(ground_force=4.0),), (predicted(ground_force=5.0),))
 
 
 def test_a_prospect_counts_the_priors_of_a_trials_own_unknowns(leg: JumpingLeg) -> None:

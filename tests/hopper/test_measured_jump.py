@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,17 @@ from hopper.hoppers import motor
 from hopper.recorded import DESIGN, changed, write
 from synth.arrays import Array
 from synth.cli import main
-from synth.files.hopper_recordings import HopperRecording
+from synth.diagnosis.plants.jumping_leg.jump_data import prepare_jumps
+from synth.files.hopper_gap_project import read_hopper_gap_project
+from synth.files.hopper_recordings import HopperRecording, read_plate_jumps
 from synth.hopper.measured_jump import MeasuredJump, measure
+from synth.hopper.plate_zero import PlateZero, without_plate_zero
+from synth.hopper.validate_jumps import validate
+from synth.hopper.write_identified import validation_json
 from synth.jump.hopper_leg import HopperLeg
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import APEX
+from synth.parts.catalogs import Catalogue
 
 DESIGNS = ((0.05, 75), (0.08, 75), (0.12, 150), (0.14, 210))
 
@@ -63,6 +70,54 @@ def test_a_noisy_plate_does_not_lower_the_rise() -> None:
         reaches.append(found.rise_reach)
     assert np.mean(rises) == pytest.approx(true, rel=0.02)
     assert np.mean(np.abs(np.array(rises) - true) < np.array(reaches)) > 0.8
+
+
+@pytest.mark.parametrize("zero", [0.05, -0.05, 0.2, -0.2])
+def test_a_plates_zero_is_found_in_the_flight(zero: float) -> None:
+    """A tenth of the weight made the rise 8 % too large, seven half intervals; four tenths were refused as no jump."""
+    values, mass, true = sampled(0.12, 150, 1e-3)
+    held = []
+    for seed in range(10):
+        shown = values[:, 1] + zero + 0.02 * np.random.default_rng(seed).normal(size=len(values))
+        columns = {"time": values[:, 0], "ground force": shown, "upper link": values[:, 2]}
+        jump, found = without_plate_zero(HopperRecording("a.csv", columns), 9.81 * mass)
+        assert found.value == pytest.approx(zero, abs=5.0 * found.deviation)
+        assert f"a.csv: the plate shows {found.value:.3g} N in the flight" in found.sentence("a.csv")
+        rise = measure(jump, mass, 9.81, zero_deviation=found.deviation)
+        held.append(abs(rise.rise - true) < rise.rise_reach)
+    assert np.mean(held) >= 0.8
+
+
+def test_a_plate_without_a_zero_or_a_flight_is_left_as_it_is() -> None:
+    values, mass, _ = sampled(0.12, 150, 1e-3)
+    columns = {"time": values[:, 0], "ground force": values[:, 1], "upper link": values[:, 2]}
+    jump = HopperRecording("a.csv", columns)
+    assert without_plate_zero(jump, 9.81 * mass) == (jump, PlateZero())
+    standing = replace(jump, columns={**columns, "ground force": np.full(len(values), 9.81 * mass)})
+    assert without_plate_zero(standing, 9.81 * mass)[1] == PlateZero()
+    unseen = replace(jump, columns={"time": values[:, 0], "upper link": values[:, 2]})
+    assert without_plate_zero(unseen, 9.81 * mass)[0] is unseen
+
+
+@pytest.mark.parametrize("kind", ["hopper-jumps", "gap"])
+def test_a_plates_zero_is_subtracted_and_told(kind: str, tmp_path: Path) -> None:
+    values, mass, true = sampled(0.12, 150, 1e-3)
+    values[:, 1] += 0.05 + 0.02 * np.random.default_rng(1).normal(size=len(values))
+    write(tmp_path / "a.csv", values)
+    (tmp_path / "hopper.yaml").write_text(DESIGN)
+    project, leg = tmp_path / "p.yaml", 'motor: "N20 HP 6V 150:1"\nlength: 120 mm\n'
+    if kind == "gap":
+        project.write_text(f"kind: gap\nleg: hopper.yaml\n{leg}trials: [a.csv]\n")
+        (jump,), said = prepare_jumps(read_hopper_gap_project(project), Catalogue.load())
+        assert jump.seen is not None
+        rise, reach = jump.seen.rise, jump.seen.rise_reach
+        assert jump.measured["ground force"][0] == pytest.approx(9.81 * mass, abs=0.1)
+    else:
+        project.write_text(f"kind: hopper-jumps\ndesign: hopper.yaml\n{leg}jumps: [a.csv]\n")
+        found = validate(read_plate_jumps(project), Catalogue.load())
+        rise, reach, said = found.mean_rise, found.rise_reach, validation_json(found)["notes"]
+    assert abs(rise - true) < reach
+    assert any("a.csv: the plate shows 0.0" in str(text) for text in said)
 
 
 @pytest.mark.parametrize(

@@ -19,18 +19,21 @@ from synth.hopper.measured_jump import (
     refuse_still,
 )
 from synth.hopper.motors import motor_of
+from synth.hopper.plate_zero import without_plate_zero
 from synth.hopper.switch_on import from_switch_on, noise_of
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, noted
+from synth.units import factor
 
 EFFECTIVE_SAMPLES = 50.0  # samples per trial and channel that count as independent
 DENSE_STEP = 1e-3  # s; faster recordings are averaged
 TIME_AFTER_PUSH = 0.01  # s after the push that still count
 STOP_MARGIN = np.radians(2.5)  # a pull-up that begins nearer to the stop may rest on it
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
+UNITS = {ANGLE: "deg", FORCE: "N", CURRENT: "A", "supply": "V", "pitch": "deg", "foot slide": "mm"}  # as written
 # Model error in addition to noise: share of a channel's largest value that our models do not resolve.
 MODEL_ERROR_SHARE = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
 JITTER = 5e-5  # s, timing error of the samples, which matters where a channel is steep
@@ -63,7 +66,7 @@ class Jump:
     torque: Array | None = None
     seen: MeasuredJump | None = None
     start_deviation: float = 0.0
-    note: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -108,7 +111,7 @@ def prepare_jumps(project: HopperGapProject, catalogue: Catalogue) -> tuple[list
             problems += [p if p.file else replace(p, file=trial.name) for p in error.problems]
     if problems:
         raise UserError(problems)
-    said += [noted(jump.note) for jump in found if jump.note]
+    said += [noted(note) for jump in found for note in jump.notes]
     said += [text for jump in found if jump.seen is not None and (text := jump.seen.sentence())]
     given = [jump for jump in found if not jump.trial.held_out]
     if len(given) == 1:
@@ -145,7 +148,7 @@ def _prepare_jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalo
     angle = trial.columns[ANGLE]
     refuse_still(trial.name, angle, leg)
     refuse_out_of_reach(trial.name, angle, leg)
-    own: tuple[MeasuredJump | None, float, str] = (None, 0.0, "")
+    own: tuple[MeasuredJump | None, float, tuple[str, ...]] = (None, 0.0, ())
     if trial.kind == "pull-up":
         _refuse_out_of_reach(trial, leg)
         recorded = _average_dense_samples(_before_the_stop(trial, leg))
@@ -153,11 +156,12 @@ def _prepare_jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalo
         torque = recorded[PULL_UP]
     else:
         mass = float(jumps.total_mass[0])
-        timed, begun = from_switch_on(
-            HopperRecording(trial.name, trial.columns, begins=trial.begins), mass * leg.gravity
-        )
+        weight = mass * leg.gravity
+        weighed, zero = without_plate_zero(HopperRecording(trial.name, trial.columns, begins=trial.begins), weight)
+        timed, begun = from_switch_on(weighed, weight)
         refuse_other_crouch(timed, leg)
-        own = (_jump_by_plate(timed, mass, leg.gravity), begun.deviation, begun.sentence(trial.name))
+        notes = tuple(text for text in (begun.sentence(trial.name), zero.sentence(trial.name)) if text)
+        own = (_jump_by_plate(timed, mass, leg.gravity, zero.deviation), begun.deviation, notes)
         last = _end_of_push(timed)
         stretch = {name: values[timed["time"] <= last] for name, values in timed.columns.items()}
         recorded = _average_dense_samples(stretch)
@@ -190,12 +194,12 @@ def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
         raise UserError(Problem(f"{text}{most:.1f} deg", trial.name, key=ANGLE))
 
 
-def _jump_by_plate(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump | None:
+def _jump_by_plate(jump: HopperRecording, mass: float, gravity: float, zero_deviation: float) -> MeasuredJump | None:
     """Takeoff and rise from the force plate; empty without one. The motion shows whether the leg lifts off."""
     if FORCE not in jump.columns:
         return None
     try:
-        return measure(jump, mass, gravity)
+        return measure(jump, mass, gravity, zero_deviation=zero_deviation)
     except UserError:
         return None
 
@@ -229,3 +233,8 @@ def pooled_noise(jumps: Sequence[Jump], channel: str) -> float:
     """Noise of a channel over trials, RMS; 0 if no trial has it."""
     found = [jump.noise[channel] ** 2 for jump in jumps if channel in jump.noise]
     return float(np.sqrt(np.mean(found))) if found else 0.0
+
+
+def factor_of(channel: str) -> float:
+    """SI value of one unit of those in which a channel is written."""
+    return factor(UNITS[channel], {"deg": "rad", "mm": "m"}.get(UNITS[channel], UNITS[channel]))

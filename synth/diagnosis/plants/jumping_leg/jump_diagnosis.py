@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -25,7 +26,7 @@ from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump, score
 from synth.diagnosis.plants.jumping_leg.jump_search import as_designed, search
 from synth.diagnosis.plants.jumping_leg.jump_tolerances import MOTOR_TOLERANCES, SHARED_TOLERANCES, JumpTolerances
 from synth.diagnosis.plants.jumping_leg.jump_where import locate_gap, missing_hip_torque
-from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, rise_text, wording
+from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, other_channels_text, rise_text, wording
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, NO_BETTER_RATIO, PredictionErrors
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
@@ -154,8 +155,13 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         return forecast(self.bench, fit, trial, covariance)
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[JumpFit, ScoredJump]) -> str:
-        """The heights of the jumps, if an effect is found."""
-        return rise_text(self.rises(stages)) if verdict == "effect" else ""
+        """The heights of the jumps, if an effect is found; what else shows it, where the angle does not."""
+        if verdict != "effect":
+            return ""
+        takes = stages.errors.shrink().value
+        hidden = replace(self.wording(stages.errors), takes=takes).shows_no_share
+        others = other_channels_text(self.scored, stages.before, stages.after) if hidden else ""
+        return others + rise_text(self.rises(stages))
 
     def rises(self, stages: StagePredictions[JumpFit, ScoredJump]) -> tuple[Rise, ...]:
         """The rise of the scored jumps, predicted by each stage."""

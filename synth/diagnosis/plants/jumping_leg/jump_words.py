@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from synth.diagnosis.diagnosis_result import Cause
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, UNITS, Jump, factor_of, pooled_noise
 from synth.diagnosis.plants.jumping_leg.jump_figures import Rise
-from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
+from synth.diagnosis.prediction_error import AT_NOISE, PredictionErrors
 from synth.diagnosis.sentences import ErrorWording, angle_text, scored_on, stated_parameters
 from synth.jump.effects import motor_effect_named
 from synth.units import significant
@@ -33,6 +37,31 @@ def wording(errors: PredictionErrors, *, held_out: bool) -> ErrorWording:
         after=after,
         floor=errors.floor,
     )
+
+
+def other_channels_text(trials: Sequence[Jump], before: Sequence[ScoredJump], after: Sequence[ScoredJump]) -> str:
+    """The channels beside the angle whose error is above the noise within tolerances, and falls with the explanation.
+
+    ``before``, ``after`` : the predictions of the scored ``trials``.
+    """
+    falls = []
+    for channel in dict.fromkeys(name for trial in trials for name in trial.measured if name != ANGLE):
+        noise = pooled_noise(trials, channel)
+        start, end = (_error(trials, predicted, channel) for predicted in (before, after))
+        if start > AT_NOISE * noise and end < start:
+            shown = [significant(value / factor_of(channel), 2) for value in (start, end, noise)]
+            falls.append(f"{channel} from {shown[0]} to {shown[1]} {UNITS[channel]} (noise {shown[2]})")
+    return f" The cause shows in other readings, whose error it reduces: {', '.join(falls)}." if falls else ""
+
+
+def _error(trials: Sequence[Jump], predicted: Sequence[ScoredJump], channel: str) -> float:
+    """RMS error of a channel over the trials that have it, SI; nan where a prediction ends before a trial."""
+    away = [
+        told.channels[channel] - trial.measured[channel]
+        for trial, told in zip(trials, predicted, strict=True)
+        if channel in trial.measured
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(away) ** 2)))
 
 
 def rise_text(rises: Sequence[Rise]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, UNITS, Jump, factor_of
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 from synth.diagnosis.write import STAGES, basis_json, rms
@@ -17,10 +17,9 @@ from synth.files.hopper_gap_project import HopperGapProject
 from synth.files.input_hashes import input_hashes
 from synth.files.output import place, stems, write_csv, write_json
 from synth.jump.effects import motor_effect_named
-from synth.units import factor, quantity
+from synth.units import quantity
 
 NAMES = {ANGLE: "hip"}  # place of the encoder; other channels keep their name
-UNITS = {ANGLE: "deg", "ground force": "N", "current": "A", "supply": "V", "pitch": "deg", "foot slide": "mm"}
 ANGLES = {"angle": "deg", "stop": "deg", "crouch": "deg", "start": "ms"}  # tolerances that are not relative
 
 
@@ -45,7 +44,7 @@ def predicted_columns(trial: Jump, stages: dict[str, ScoredJump]) -> dict[str, A
     columns: dict[str, Array] = {"time [s]": trial.time}
     for channel, measured in trial.measured.items():
         name, unit = NAMES.get(channel, channel), UNITS[channel]
-        scale = factor(unit, {"deg": "rad", "mm": "m"}.get(unit, unit))
+        scale = factor_of(channel)
         columns[f"{name} measured [{unit}]"] = measured / scale
         for stage in ("before", "after"):
             columns[f"{name} {stage} [{unit}]"] = stages[stage].channels[channel] / scale
@@ -58,7 +57,7 @@ def alone_columns(trial: Jump, alone: Mapping[str, Sequence[ScoredJump]], i: int
     for cause, scored in alone.items():
         for channel in trial.measured:
             name, unit = NAMES.get(channel, channel), UNITS[channel]
-            scale = factor(unit, {"deg": "rad", "mm": "m"}.get(unit, unit))
+            scale = factor_of(channel)
             columns[f"{name} with {cause} [{unit}]"] = scored[i].channels[channel] / scale
     return columns
 
