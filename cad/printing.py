@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.cad.fittings import PrintDimensions
+from synth.cad.hinge import cross_screw
 from synth.cad.joint import BuiltJoint
 from synth.cad.parts import BuiltPart, Mesh
 from synth.cad.results import CheckResult, check_at_least, check_at_most
@@ -170,6 +171,19 @@ def _thicker(family: str) -> str:
     return "increase wall"
 
 
+def _check_socket_walls(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckResult]:
+    """What the flats for its screw's head and nut leave of each socket, which bears their clamping force.
+
+    In closed form: the flats are less than ``PERCENTILE`` of a half's surface.
+    """
+    dimensions = joint.dimensions
+    left = cross_screw(joint.layout).flat - (dimensions.link_width / 2 + dimensions.fit)
+    text = "left of the tube's socket under its screw's head and nut; increase wall"
+    halves = ("lower",) if dimensions.mount is not None else ("upper", "lower")
+    names = [joint.part(half).name for half in halves]
+    return [check_at_least("print: wall", name, left, printing.thinnest, "mm", text) for name in names]
+
+
 def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckResult]:
     """Walls, bed, support and strength of the printed parts in their best orientations; strength of steel ones."""
     results: list[CheckResult] = []
@@ -189,5 +203,6 @@ def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckRe
         results.append(CheckResult("print: bed", part.name, plan.fits, value, limit, "mm", text))
         text = f"of the surface ({plan.overhang:.0f} mm^2) needs support with {plan.up} up"
         results.append(check_at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))
+    results += _check_socket_walls(joint, printing)
     layers = {plan.part: WAYS_UP[plan.up] for plan in plans}
     return results + check_strength(joint.dimensions, joint.layout, printing, layers)

@@ -60,6 +60,9 @@ SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
 # Directions that a load in the plane of the layers may have.
 ALL_AROUND: tuple[Axis, Axis] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
+STATED = ("shaft_diameter", "wall", "link_width", "tube_wall")  # dimensions that help and that a user states
+OF_DAMPER = {"damper.bore.size": "a damper with a thicker hub", "damper.body_length": "a longer damper"}
+
 
 @dataclass(frozen=True)
 class Stress:
@@ -293,6 +296,18 @@ def _flip_stress(stress: Stress, flip_x: int, flip_z: int) -> Stress:
     return Stress(stress.name, stress.part, stress.value, stress.strength, directions, stress.helped_by)
 
 
+def remedy(stress: Stress) -> str:
+    """What a user may change to reduce a stress; dimensions that ``cad.sizing`` chooses are named as such."""
+    stated = [name for name in stress.helped_by if name in STATED]
+    ways = [f"a larger {' or '.join(stated)}"] if stated else []
+    ways += [OF_DAMPER[name] for name in stress.helped_by if name in OF_DAMPER]
+    ways += ["a stronger print (print_strength)"] if stress.directions else []
+    sized = [name for name in stress.helped_by if name not in (*STATED, *OF_DAMPER)]
+    words = " or ".join(name.rpartition(".")[2].replace("_", " ") for name in sized)
+    text = f"{' or '.join(ways)} reduces it"
+    return text + (f"; so does a larger {words}, which the program chooses" if sized else "")
+
+
 def check_strength(
     dimensions: JointDimensions, layout: JointLayout, printing: PrintDimensions, layers: dict[str, Axis]
 ) -> list[CheckResult]:
@@ -308,7 +323,6 @@ def check_strength(
     for stress in stresses(dimensions, layout, printing):
         name = f"{joint}_{stress.part}"
         allowed = stress.allowed(printing, layers.get(name))
-        helped = " or ".join(stress.helped_by)
-        text = f"a larger {helped} reduces it; safety {printing.safety:g} is in the limit"
+        text = f"{remedy(stress)}; safety {printing.safety:g} is in the limit"
         results.append(check_at_most(f"strength: {stress.name}", name, stress.value, allowed, "MPa", text))
     return results

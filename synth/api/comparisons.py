@@ -49,6 +49,10 @@ class Compared(Report):
             found.append(Panel(overlay.start.name, f"{self.result.clock} [s]", "angle [deg]", curves))
         return found
 
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """What was compared, by its content."""
+        return [], list(self.result.inputs.values())
+
     def write(self, folder: Path) -> None:
         """``compare.json``, ``compare.csv``, responses and a report."""
         from synth.files.output import place, stems, write_csv, write_json

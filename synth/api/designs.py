@@ -17,7 +17,7 @@ from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.design.leg_design import LegDesign, design_leg
 from synth.design.solid_work import load_kernel
 from synth.errors import UserError
-from synth.files.input_hashes import input_hashes
+from synth.files.input_hashes import input_hashes, read_by
 from synth.files.leg_project import LegProject
 from synth.files.plain_value import Remade, digest_of
 from synth.files.project_options import CadOptions
@@ -84,6 +84,10 @@ class Design(Report):
                     curves[f"{name} {word}"] = (release.time, np.degrees(found.built.to_measured(motion)[:, j]))
             panels.append(Panel("wanted and built", "time [s]", "angle [deg]", curves))
         return panels
+
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """What its project reads."""
+        return read_by(self.project)
 
     def write(self, folder: Path) -> None:
         """All files of ``synth leg``, including the solids.

@@ -23,6 +23,7 @@ from synth.batch.one_fit import Ready, fit_project, ready, write_fit, write_fit_
 from synth.compiling.announced import told_to
 from synth.estimation.intervals import Estimate
 from synth.files.fit_words import FreeAngle, Laws, Release
+from synth.files.input_hashes import read_by
 from synth.files.leg_file import PartResolver
 from synth.files.leg_in_code import check_leg
 from synth.files.made_in_code import in_code, require_class
@@ -125,6 +126,10 @@ class Fit(Report):
             dots = frozenset(name for name in curves if name.endswith(" measured"))
             found.append(Panel(trial.name, "time [s]", "angle [deg]", curves, dots))
         return found
+
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """What its project reads."""
+        return read_by(self.project)
 
     def write(self, folder: Path) -> None:
         """``fit.json``, the fitted leg, responses and a report."""

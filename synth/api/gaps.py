@@ -22,7 +22,7 @@ from synth.errors import UserError
 from synth.files.gap_kind import is_hopper_gap
 from synth.files.gap_project import GapProject, check_in_code, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
-from synth.files.input_hashes import input_hashes
+from synth.files.input_hashes import input_hashes, read_by
 from synth.files.leg_in_code import check_leg
 from synth.files.made_in_code import in_code
 from synth.files.simulator_files import write_simulator_files
@@ -67,6 +67,10 @@ class Gap(Diagnosed):
                 label = f"{name} [deg]"
                 found.append(Panel(f"{trial.name}, {name}", "time [s]", label, curves, frozenset({"measured"})))
         return found
+
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """What its project reads."""
+        return read_by(self.project)
 
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions, the diagnosed leg (also for simulators), and a report."""

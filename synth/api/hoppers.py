@@ -13,6 +13,7 @@ from synth.api.beside_project import require_path
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.files.hopper_project import HopperProject
 from synth.files.hopper_project import read_hopper_project as _read_hopper_project
+from synth.files.input_hashes import read_by
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.study import Study, study, sweep_problem
 from synth.jump.jump_runs import compiled_jump
@@ -76,6 +77,10 @@ class Hopper(Report):
         labels = ("upper link [mm]", "clearance [mm]")
         return [Panel("designs", *labels, {k: (np.asarray(x), np.asarray(y)) for k, (x, y) in curves.items()},
                       frozenset(curves))]  # fmt: skip
+
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """What its project reads."""
+        return read_by(self.project)
 
     def write(self, folder: Path) -> None:
         """``hopper.json``, ``designs.csv``, the jump, the parts and a report."""

@@ -15,6 +15,7 @@ from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.jumping_leg.jump_data import prepare_jumps
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.files.hopper_gap_project import HopperGapProject, read_hopper_gap_project
+from synth.files.input_hashes import read_by
 from synth.parts.catalogs import Catalogue
 
 
@@ -41,6 +42,10 @@ class JumpGap(Diagnosed):
                 heights = np.array([np.nan if value is None else 1e3 * value for value in values])
                 curves[name.replace("_", " ")] = (number, heights)
         return [Panel("rise of the centre of mass", "trial", "rise [mm]", curves, frozenset(curves))] if curves else []
+
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """What its project reads."""
+        return read_by(self.project)
 
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions and a report."""

@@ -54,7 +54,7 @@ class Panel:
 class Report(ABC):
     """A result with a table, a figure and files.
 
-    Subclasses define ``headline``, ``columns``, ``panels`` and ``write``, and are dataclasses with ``repr=False``.
+    Subclasses define the abstract methods below, and are dataclasses with ``repr=False``.
     """
 
     @property
@@ -73,6 +73,10 @@ class Report(ABC):
     @abstractmethod
     def write(self, folder: Path) -> None:
         """Write the result's files into an empty folder, as the command does."""
+
+    @abstractmethod
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """The files that it was made of, and the SHA-256 of those whose place is not known: ``save`` keeps both."""
 
     def to_frame(self) -> DataFrame:
         """The table as a pandas DataFrame; headers carry units.
@@ -130,11 +134,10 @@ class Report(ABC):
             If the folder holds other files than an earlier run's, one that was changed since or that the result was
             made of, or cannot be written.
         """
-        from synth.files.input_hashes import input_files
         from synth.files.output import output_folder
 
-        project = getattr(self, "project", None)
-        with output_folder(folder, inputs=[] if project is None else input_files(project)) as made:
+        files, contents = self.inputs()
+        with output_folder(folder, inputs=files, contents=contents) as made:
             self.write(made)
         return Path(folder)
 

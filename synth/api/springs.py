@@ -87,6 +87,10 @@ class SpringAnswer(Report):
             curves[name] = (np.degrees(angle), spring.stress / 1e6 * angle / spring.travel)
         return [Panel("stress in the wire", "angle from rest [deg]", "stress [MPa]", curves)] if curves else []
 
+    def inputs(self) -> tuple[list[Path], list[str]]:
+        """None: a wish is no file."""
+        return [], []
+
     def write(self, folder: Path) -> None:
         """``spring.json``; for a feasible spring its solid, winding sheet and request for quotation too."""
         write_spring(self.best, self.content, folder, self.shown)

@@ -25,3 +25,9 @@ def input_hashes(project: Project) -> dict[str, str]:
 def input_files(project: Project) -> list[Path]:
     """The files themselves, which a result must not replace."""
     return [project.path, *(project.path.parent / name for name in input_hashes(project))]
+
+
+def read_by(project: Project) -> tuple[list[Path], list[str]]:
+    """``input_files``, and the SHA-256 of each recording: the place of one that was read in code is not known."""
+    contents = [trial.sha256 for trial in getattr(project, "trials", ()) if trial.sha256]
+    return input_files(project), contents

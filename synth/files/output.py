@@ -7,7 +7,7 @@ import errno
 import os
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
@@ -33,7 +33,9 @@ _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
 @contextmanager
-def output_folder(path: str | Path, *, overwrite: bool = True, inputs: Sequence[Path] = ()) -> Iterator[Path]:
+def output_folder(
+    path: str | Path, *, overwrite: bool = True, inputs: Sequence[Path] = (), contents: Collection[str] = ()
+) -> Iterator[Path]:
     """A temporary folder that is renamed to ``path`` when the block succeeds and deleted when it fails.
 
     Parameters
@@ -45,6 +47,8 @@ def output_folder(path: str | Path, *, overwrite: bool = True, inputs: Sequence[
         False: refuse to replace an earlier run.
     inputs
         files that this run reads: a folder that holds one of them is not replaced.
+    contents
+        SHA-256 of files that were read from places that are not known: the same holds for them.
 
     Yields
     ------
@@ -66,7 +70,7 @@ def output_folder(path: str | Path, *, overwrite: bool = True, inputs: Sequence[
             if target.is_symlink():  # what the real path still has is a link that leads back to itself
                 raise UserError(Problem("is a link that leads to itself; name another folder", name))
             put_back(target)
-            _check_target(target, name, inputs, overwrite=overwrite)
+            _check_target(target, name, inputs, contents, overwrite=overwrite)
             made = _make_parents(target.parent)
             temporary, lock = own_place(target, name)
     except BaseException:
@@ -80,7 +84,7 @@ def output_folder(path: str | Path, *, overwrite: bool = True, inputs: Sequence[
             with disk_errors_as(name):
                 _complete(temporary)
                 # It may have changed meanwhile: the run was long.
-                _check_target(target, name, inputs, overwrite=overwrite)
+                _check_target(target, name, inputs, contents, overwrite=overwrite)
                 _move(temporary, target)
             finished = True
     finally:
@@ -233,7 +237,9 @@ def _require_within_run(path: Path) -> None:
         _require_inside(path, folders[-1])
 
 
-def _check_target(target: Path, name: str, inputs: Sequence[Path], *, overwrite: bool) -> None:
+def _check_target(
+    target: Path, name: str, inputs: Sequence[Path], contents: Collection[str], *, overwrite: bool
+) -> None:
     """Refuse to replace anything but an empty folder or an unchanged earlier run that is no input of this one."""
     if target == Path.cwd() or target in Path.cwd().parents:
         raise UserError(Problem("is the current folder or lies above it; name a folder to make", name))
@@ -246,7 +252,7 @@ def _check_target(target: Path, name: str, inputs: Sequence[Path], *, overwrite:
             raise UserError(Problem(f"is where a disk is mounted; name a folder in it, such as {name}/result", name))
         if not os.access(target, os.W_OK | os.X_OK):
             raise UserError(Problem("may not be written (chmod u+w); name another folder or allow it", name))
-        refuse_unless_replaceable(target, name, inputs, overwrite=overwrite)
+        refuse_unless_replaceable(target, name, inputs, contents, overwrite=overwrite)
     except OSError as error:
         raise UserError(Problem(f"cannot be read: {error.strerror}", name)) from None
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from synth.errors import Problem, UserError
@@ -30,13 +30,16 @@ def write_manifest(folder: Path, files: Sequence[str]) -> None:
     (folder / MANIFEST).write_text("".join(lines), encoding="utf-8")
 
 
-def refuse_unless_replaceable(target: Path, name: str, inputs: Iterable[Path], *, overwrite: bool) -> None:
+def refuse_unless_replaceable(
+    target: Path, name: str, inputs: Iterable[Path], contents: Collection[str], *, overwrite: bool
+) -> None:
     """Refuse to replace a folder that holds anything but an unchanged earlier run.
 
     Parameters
     ----------
     target, name : the folder, and its name as the user wrote it.
     inputs : files that this run reads.
+    contents : SHA-256 of files that it read, wherever they lay.
 
     Raises
     ------
@@ -57,10 +60,11 @@ def refuse_unless_replaceable(target: Path, name: str, inputs: Iterable[Path], *
     if ours and not overwrite:
         raise UserError(Problem("holds an earlier run; name a new folder or remove it", name))
     read = {os.path.realpath(path) for path in inputs}
-    if needed := [file for file in held if os.path.realpath(target / file) in read]:
+    hashed = {file: sha256_file(target / file) for file in held if ours.get(file)}
+    if needed := [f for f in held if os.path.realpath(target / f) in read or hashed.get(f) in contents]:
         text = f"holds what this run reads ({_listed(needed)}) and would be replaced with it; name another folder"
         raise UserError(Problem(text, name))
-    if changed := [file for file in held if ours.get(file) and sha256_file(target / file) != ours[file]]:
+    if changed := [file for file, found in hashed.items() if found != ours[file]]:
         text = f"holds files that were changed after the run that wrote them ({_listed(changed)}); "
         raise UserError(Problem(f"{text}name a new folder, or move them away", name))
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import synth
+from synth.files.output import output_folder
 
 FIT = Path(synth.__file__).parent / "examples" / "fit"
 
@@ -30,6 +32,29 @@ def test_a_fit_and_its_leg_are_compared_as_their_files(fitted: synth.Fit, tmp_pa
     assert [side["characteristics"] for side in ours["sides"]] == [side["characteristics"] for side in theirs["sides"]]
     assert ours["inputs"]["fit/fit.json"] == theirs["inputs"][f"{folder.as_posix()}/fit.json"]
     assert str(tmp_path.parent) not in json.dumps(ours)
+
+
+def test_a_comparison_is_not_saved_over_what_it_compares(fitted: synth.Fit, tmp_path: Path) -> None:
+    """The command refused it; ``save`` replaced the fit by the comparison."""
+    folder = fitted.save(tmp_path / "saved")
+    for found in (synth.compare(str(folder), fitted.leg), synth.compare(fitted, fitted.leg)):
+        with pytest.raises(synth.UserError, match=r"saved: holds what this run reads \(fit\.json, "):
+            found.save(folder)
+        assert (folder / "fitted.leg.yaml").exists()
+        assert found.save(found.save(tmp_path / "compared")).exists()  # its own earlier folder is replaced
+
+
+def test_a_fit_is_not_saved_over_its_recordings(
+    fitted: synth.Fit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They were protected only where the working folder was the one that they are named from."""
+    monkeypatch.chdir(tmp_path)
+    with output_folder(tmp_path / "found") as made:
+        (made / "free_1.csv").write_bytes((FIT / "trials" / "free_1.csv").read_bytes())
+    trials = synth.read_trials(tmp_path / "found" / "free_1.csv", fitted.leg)
+    found = replace(fitted, project=replace(fitted.project, trials=trials))
+    with pytest.raises(synth.UserError, match=r"found: holds what this run reads \(free_1\.csv\)"):
+        found.save(tmp_path / "found")
 
 
 def test_names_come_from_the_objects(fitted: synth.Fit) -> None:

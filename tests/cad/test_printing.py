@@ -8,12 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth.cad.checked_layout import clear_upper_arm_angle
+from synth.cad.dimensions import JointDimensions, SpringDimensions
+from synth.cad.fittings import PrintDimensions
+from synth.cad.joint import build_joint
 from synth.cad.parts import Mesh
 from synth.cad.print_file import laid
 from synth.cad.printing import (
     WAYS_UP,
     PrintPlan,
     best_of,
+    check_printing,
     contact,
     hanging_faces,
     on_bed,
@@ -21,6 +26,7 @@ from synth.cad.printing import (
     thin_points,
     wall_thickness,
 )
+from synth.cad.travel import manifold
 
 pytest.importorskip("manifold3d")
 
@@ -136,3 +142,20 @@ def test_plates_hold_every_printed_part_without_overlap(leg, across):
                 assert np.any((high[:2] <= other_low[:2]) | (other_high[:2] <= low[:2]))
     for part, mesh in (item for plate in found for item in plate):
         assert mesh.volume == pytest.approx(part.mesh.volume, rel=1e-9)  # turned, not mirrored
+
+
+@pytest.mark.parametrize(("wall", "passes"), [(1.5, False), (1.9, True)])
+def test_what_the_flats_for_the_cross_screw_leave_of_a_socket_is_a_wall(wall: float, passes: bool) -> None:
+    """With a wall of 1.5 mm 0.97 mm were left under head and nut, and all checks passed: the flats are small."""
+    knee = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0, wall=wall)
+    joint = build_joint(replace(knee, upper_arm_angle=clear_upper_arm_angle(knee)))
+    found = check_printing(joint, PrintDimensions())
+    sockets = [check for check in found if "socket" in check.text]
+    assert [check.part for check in sockets] == ["knee_upper", "knee_lower"]
+    assert [check.passed for check in sockets] == [passes] * 2
+    # Independently: a ray into the half as drawn, beside the screw's hole, where the tube's bore has receded.
+    layout, aside, bore = joint.layout, 2.2, 10.1
+    at = (aside, layout.upper_bottom + layout.socket_depth / 2)
+    first, second = manifold(joint.part("upper").mesh).ray_cast((*at, 100.0), (*at, 0.0))[:2]
+    receded = bore - (bore**2 - aside**2) ** 0.5
+    assert first.position[2] - second.position[2] == pytest.approx(sockets[0].value + receded, abs=0.02)

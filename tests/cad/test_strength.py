@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -33,9 +34,11 @@ from synth.cad.strength import (
     check_strength,
     key_pressure,
     pin_stresses,
+    remedy,
     stresses,
     tube_modulus,
 )
+from synth.files.project_options import CadOptions
 
 KNEE = cleared(JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0))
 LOADED = replace(KNEE, loads=LoadDimensions(spring_rate=2.0, damper_torque=0.3))
@@ -207,6 +210,24 @@ def test_a_stronger_stock_tube_is_taken_where_the_common_one_yields():
     failed = [c for c in check_strength(own, lay_out(own), PRINTING, {}) if not c.passed]
     assert "strength: link's tube, bending" in {c.name for c in failed}
     assert any("a larger link_width or tube_wall reduces it" in c.text for c in failed)
+
+
+def test_a_failed_strength_check_names_what_a_user_may_change():
+    """It advised "a larger floor", "a larger seat_length or seat_screw": the program's own, which no file may state."""
+    told = {stress.name: remedy(stress) for stress in stresses(LOADED, lay_out(LOADED), PRINTING)}
+    assert told["low stop, bending"] == (
+        "a larger wall or a stronger print (print_strength) reduces it; "
+        "so does a larger floor, which the program chooses"
+    )
+    assert told["upper seat's inserts, shear"] == (
+        "a stronger print (print_strength) reduces it; "
+        "so does a larger seat length or seat screw, which the program chooses"
+    )
+    assert told["shaft, torsion"] == "a larger shaft_diameter reduces it"
+    for text in told.values():
+        assert text.startswith("a ")
+        for name in re.findall(r"\w+_\w+", text):
+            assert name in CadOptions.__dataclass_fields__
 
 
 def test_a_bearing_of_every_shaft_is_checked():
