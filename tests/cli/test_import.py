@@ -248,7 +248,7 @@ def test_mistakes_in_the_import_project_are_reported(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["import.yaml", "--leg", LEG], r"--leg: applies to a single recording; import.yaml is a project"),
+        (["import.yaml", "--leg", LEG], r"--leg: applies to recordings; import.yaml is a project"),
         (["videos/a.csv"], r"videos/a.csv: name the leg whose joints were recorded: --leg LEG.leg.yaml"),
         (["videos/a.csv", "--leg", LEG, "--plane", "x"], r'--plane: "x": write two axes, such as x,z'),
         (["videos/a.csv", "--leg", LEG, "--frame-rate", "200"], r'--frame-rate: "200" has no unit'),
@@ -290,3 +290,31 @@ def test_missing_readings_are_not_among_the_samples_kept(tmp_path: Path) -> None
     text = " ".join(page.text.split())
     assert "480 of 480 samples kept, 4 joint readings in them missing." in text
     assert "240 of 240 samples kept (ankle missing in 4)" in text
+
+
+def test_several_recordings_need_no_project(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    leg_file, out = tmp_path / LEG, tmp_path / "out"
+    write_leg(bare(leg()), leg_file)
+    time, measured = angles()
+    head, names = "time [s],hip [deg],knee [deg],ankle [deg]\n", []
+    for name, count in (("a", 300), ("b", 300), ("bad", 5)):
+        rows = np.column_stack([time, measured + 0.01 * len(names)])[:count]
+        (tmp_path / f"{name}.csv").write_text(head + "".join(",".join(f"{x:.5f}" for x in row) + "\n" for row in rows))
+        names.append(str(tmp_path / f"{name}.csv"))
+    words = ["--leg", str(leg_file), "--out", str(out)]
+    for refused, told in (
+        (names, "the other 2 recordings can be imported without those: do not name them"),
+        ([names[0], names[0]], "is named twice"),
+        ([str(tmp_path)], f"is a folder; name the files in it, such as {tmp_path}/*.csv"),
+        ([names[0], str(tmp_path / "p.yaml")], "is a project, which is imported by itself"),
+    ):
+        assert main(["import", *refused, *words]) == 2
+        assert told in capsys.readouterr().err
+    (tmp_path / "p.yaml").write_text(f"kind: import\nleg: {LEG}\nfiles: ['*.csv']\n")
+    assert main(["import", str(tmp_path / "p.yaml"), "--out", str(out)]) == 2
+    assert "exclude: [bad.csv], or correct them" in capsys.readouterr().err
+    assert not out.exists()
+    assert main(["import", *names[:2], *words]) == 0
+    assert sorted(path.name for path in (out / "trials").iterdir()) == ["a.csv", "b.csv"]
+    account = json.loads((out / "import.json").read_text())
+    assert [trial["source"] for trial in account["trials"]] == names[:2]
