@@ -1,4 +1,4 @@
-"""The zero of a current sensor, from the rest that run-ups record before the switch-on.
+"""The zero of a current sensor, from the rest that run-ups and jumps record before the switch-on.
 
 A motor that stands without voltage draws no current: what its sensor shows then is its zero, an offset of all samples.
 Hall sensors are off by percents of their range, as much as a small motor draws when it runs freely, and friction is
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.quiet_voltage import DROP_DEVIATIONS, SMALL
@@ -50,17 +51,33 @@ class CurrentZero:
 
 def current_zero(runs: Sequence[HopperRecording]) -> CurrentZero:
     """The zero of the sensor of all ``runs``, if some begin at rest and it differs from 0 by more than noise."""
-    still = [run["current"][: samples_at_rest(run)] for run in runs]
-    resting = np.concatenate(still)
+    resting = np.concatenate([run["current"][: samples_at_rest(run)] for run in runs])
+    found = _mean_at_rest(resting, max(_noise(run["current"]) for run in runs))
+    largest = max(float(np.max(np.abs(run["current"]))) for run in runs)
+    return found if abs(found.value) <= LARGEST_ZERO * largest else CurrentZero()
+
+
+def current_before(jump: HopperRecording, switch_on: float) -> CurrentZero:
+    """What the sensor of a jump shows before the motors are switched on at that time, s; 0 without a current or a rest.
+
+    Of any size, as it may be other electronics: ``switch_on.from_switch_on`` finds the push beside it.
+    """
+    if "current" not in jump.columns:
+        return CurrentZero()
+    return _mean_at_rest(jump["current"][jump["time"] < switch_on], _noise(jump["current"]))
+
+
+def _mean_at_rest(resting: Array, noise: float) -> CurrentZero:
+    """The mean of samples (n,) A at rest, if it differs from 0 by more than white noise of that deviation."""
     if not len(resting):
         return CurrentZero()
-    value = float(np.mean(resting))
-    noise = max(robust_deviation(np.diff(run["current"])) / difference_scale(1) for run in runs)
-    deviation = noise / len(resting) ** 0.5
-    largest = max(float(np.max(np.abs(run["current"]))) for run in runs)
-    if not DROP_DEVIATIONS * deviation < abs(value) <= LARGEST_ZERO * largest:
-        return CurrentZero()
-    return CurrentZero(value, deviation)
+    value, deviation = float(np.mean(resting)), noise / len(resting) ** 0.5
+    return CurrentZero(value, deviation) if abs(value) > DROP_DEVIATIONS * deviation else CurrentZero()
+
+
+def _noise(current: Array) -> float:
+    """Deviation of a column's white noise, A."""
+    return robust_deviation(np.diff(current)) / difference_scale(1)
 
 
 def samples_at_rest(run: HopperRecording) -> int:

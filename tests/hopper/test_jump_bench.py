@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +13,14 @@ from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import candidates
 from synth.diagnosis.plants.jumping_leg.jump_data import pooled_noise
 from synth.diagnosis.plants.jumping_leg.jump_diagnosis import JumpingLeg
+from synth.diagnosis.plants.jumping_leg.jump_figures import learnt_rises
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 from synth.diagnosis.plants.jumping_leg.jump_words import other_channels_text
 from synth.files.hopper_gap_project import read_hopper_gap_project
+from synth.jump.hopper_leg import Contact
+from synth.jump.jump_models import MODELS
+from synth.jump.jump_runs import simulate
+from synth.jump.outcomes import LIMITS, TOO_WEAK
 from synth.parts.catalogs import Catalogue
 from synth.units import significant
 
@@ -24,11 +30,15 @@ NOTHING: Effects = {}
 @pytest.fixture(scope="module")
 def leg(tmp_path_factory: pytest.TempPathFactory) -> JumpingLeg:
     """One jump as designed."""
-    folder = tmp_path_factory.mktemp("jump")
+    return made(tmp_path_factory.mktemp("jump"))
+
+
+def made(folder: Path, trial: str = "") -> JumpingLeg:
+    """One jump as designed, of a trial with further keys."""
     write(folder / "jumps/0.csv", jumped(0.12, 150, NOTHING, seed=0))
     (folder / "hopper.yaml").write_text(DESIGN)
     head = f'kind: gap\nleg: hopper.yaml\nmotor: "{PART.format(150)}"\nlength: 120 mm\n'
-    (folder / "gap.yaml").write_text(f"{head}trials:\n  - {{file: jumps/0.csv}}\n")
+    (folder / "gap.yaml").write_text(f"{head}trials:\n  - {{file: jumps/0.csv{trial}}}\n")
     return JumpingLeg(read_hopper_gap_project(folder / "gap.yaml"), Catalogue.load())
 
 
@@ -50,6 +60,16 @@ def test_a_fit_is_solved_from_its_point_whatever_it_carries(leg: JumpingLeg) -> 
     foreign = JumpFit(fit.hypothesis, fit.unknowns, fit.own, tuple(100.0 * r for r in fit.residuals), fit.slopes, 1e9)
     one, other = (bench.solve(each, rounds=2) for each in (fit, foreign))
     np.testing.assert_array_equal(one.unknowns, other.unknowns)
+
+
+def test_a_leg_that_does_not_lift_off_rises_by_what_it_stands_up(tmp_path: Path) -> None:
+    """An explanation with which a leg lifted by less than 1 mm was said to rise 0 cm; measured were 6.1 cm."""
+    bench = made(tmp_path, ", supply: 2.6 V").bench
+    ((jump, rise),) = learnt_rises(bench, [JumpFit((), np.zeros(bench.n_tolerance), np.zeros((1, 2)))] * 3)
+    (outcome,) = simulate([(jump.leg, jump.motor)], Contact(), MODELS["full"])
+    assert outcome.limit == LIMITS[TOO_WEAK]
+    assert outcome.rise > 0.02
+    assert rise.after == pytest.approx(outcome.rise, rel=1e-3)
 
 
 def test_readings_beside_the_angle_show_a_cause(leg: JumpingLeg) -> None:

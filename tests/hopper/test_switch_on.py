@@ -181,3 +181,20 @@ def test_noise_before_the_push_is_no_push() -> None:
     made = dict(zip(("time", "ground force", "upper link"), values.T, strict=True))
     _, found = from_switch_on(HopperRecording("a", made), WEIGHT)
     assert found.time == pytest.approx(0.5, abs=1.5e-3)
+
+
+@pytest.mark.parametrize("zero", [0.2, -0.2, 0.0])
+def test_the_current_shown_before_the_switch_on_is_not_the_motors(zero: float, tmp_path: Path) -> None:
+    """200 mA of a Hall sensor at 3.2 A made a torque constant of -15 % one of -19 % (90 %: -20 to -18 %)."""
+    values, rng = rested(flown(), 0.05), np.random.default_rng(4)
+    drawn = np.where(values[:, 0] > 0.05, 3.2 * (1.0 - np.exp(-(values[:, 0] - 0.05) / 3e-4)), 0.0)
+    shown = drawn + zero + 0.01 * rng.normal(size=len(drawn))
+    header = "time [s],ground force [N],upper link [rad],current [A]"
+    np.savetxt(tmp_path / "a.csv", np.column_stack([values, shown]), delimiter=",", header=header, comments="")
+    (tmp_path / "design.yaml").write_text(DESIGN)
+    (tmp_path / "gap.yaml").write_text(GAP)
+    (jump,), said = prepare_jumps(read_hopper_gap_project(tmp_path / "gap.yaml"), Catalogue.load())
+    assert jump.measured["current"].max() == pytest.approx(3.2, abs=0.04)
+    told = [text for text in map(str, said) if "at rest before the switch-on" in text]
+    assert len(told) == (zero != 0.0)
+    assert all(text.startswith("a.csv: the current is ") for text in told)

@@ -11,6 +11,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
+from synth.hopper.current_zero import current_before
 from synth.hopper.measured_jump import (
     MeasuredJump,
     measure,
@@ -159,8 +160,11 @@ def _prepare_jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalo
         weight = mass * leg.gravity
         weighed, zero = without_plate_zero(HopperRecording(trial.name, trial.columns, begins=trial.begins), weight)
         timed, begun = from_switch_on(weighed, weight)
+        idle = current_before(weighed, begun.time)
+        timed = idle.subtracted(timed) if idle.value else timed
         refuse_other_crouch(timed, leg)
-        notes = tuple(text for text in (begun.sentence(trial.name), zero.sentence(trial.name)) if text)
+        told = f"{trial.name}: {idle.sentence}" if idle.value else ""
+        notes = tuple(text for text in (begun.sentence(trial.name), zero.sentence(trial.name), told) if text)
         own = (_jump_by_plate(timed, mass, leg.gravity, zero.deviation), begun.deviation, notes)
         last = _end_of_push(timed)
         stretch = {name: values[timed["time"] <= last] for name, values in timed.columns.items()}

@@ -13,7 +13,7 @@ from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 from synth.diagnosis.prediction_error import BLOCKS_A_TRIAL, PredictionErrors
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS
+from synth.jump.outcomes import APEX, known_values
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,7 @@ def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], every: Sequenc
     rises: list[float | None] = []
     for fit, scored in zip(fits, every, strict=True):
         made = bench.predictor.columns(trial, fit.hypothesis, fit.unknowns[:, None], scored.own[:, None])
-        column = compiled_jump(bench.predictor.bending).run(made.workspace())[:, 0]
-        rises.append(float(column[APEX]) if column[STATUS] == LANDED_AGAIN else 0.0)
+        # Of a leg that does not lift off too: it stands up, and its centre of mass rises.
+        (rise,) = known_values(compiled_jump(bench.predictor.bending).run(made.workspace()), APEX)
+        rises.append(None if np.isnan(rise) else float(rise))
     return Rise(measured, *rises)
