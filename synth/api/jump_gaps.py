@@ -14,6 +14,8 @@ from synth.api.report import Panel, Stage, silent, stage_by_stage
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.jumping_leg.jump_data import prepare_jumps
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
+from synth.errors import UserError
+from synth.files.gap_kind import kind_of_leg
 from synth.files.hopper_gap_project import HopperGapProject, read_hopper_gap_project
 from synth.files.input_hashes import read_by
 from synth.parts.catalogs import Catalogue
@@ -66,9 +68,17 @@ def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[
 def jump_gap(
     what: str | Path | HopperGapProject, catalogue: Catalogue | None = None, *, stage: Stage = silent
 ) -> JumpGap:
-    """Find why a built leg jumps differently from its design, from a project file or a read project."""
+    """Find why a built leg jumps differently from its design, from a project file or a read project.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, or if its leg swings.
+    """
     if not isinstance(what, HopperGapProject):
         require_path(what, 'jump_gap("gap.yaml")')
+        if kind_of_leg(what) == "leg":
+            raise UserError(f"{what} describes a swinging leg: read it with synth.gap")
     project = what if isinstance(what, HopperGapProject) else read_hopper_gap_project(what)
     with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
         from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose as diagnose_jumps

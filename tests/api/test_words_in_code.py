@@ -226,3 +226,12 @@ def test_what_is_no_file_s_name_is_told(given: Any, leg: synth.Leg) -> None:
 def test_what_is_no_list_of_recordings_is_told(given: Any, leg: synth.Leg) -> None:
     with pytest.raises(synth.UserError, match=r"is no list of recordings: synth\.read_trials"):
         synth.read_trials(given, leg)
+
+
+def test_a_gap_of_the_other_kind_of_leg_names_its_function() -> None:
+    """``jump_gap`` of a swinging leg asked for "motor" and "length"."""
+    examples = Path(synth.__file__).parent / "examples"
+    with pytest.raises(synth.UserError, match=r"describes a swinging leg: read it with synth\.gap$"):
+        synth.jump_gap(examples / "gap" / "gap.yaml")
+    with pytest.raises(synth.UserError, match=r"describes a jumping leg: read it with synth\.jump_gap$"):
+        synth.gap(examples / "hopper" / "gap.yaml")

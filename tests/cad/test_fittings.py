@@ -35,7 +35,7 @@ from synth.cad.joint import build_joint, orient
 from synth.cad.layout import damper_screws
 from synth.cad.outline import unit
 from synth.cad.parts import mesh_of
-from synth.cad.printing import check_printing
+from synth.cad.printing import check_printing, wall_thickness
 from synth.cad.strength import stresses
 from synth.cad.travel import Bodies, check_travel, check_within, manifold
 
@@ -358,6 +358,29 @@ def test_exchange_files_contain_the_built_parts(hip, tmp_path):
     assert {name: (tmp_path / "again" / name).read_bytes() for name in before} == before
 
 
+def red_pixels(pixels):
+    return int(((pixels[..., 0] > 0.6) & (pixels[..., 1] < 0.3) & (pixels[..., 2] < 0.3)).sum())
+
+
+def test_thin_walls_are_marked_in_red(hip, tmp_path):
+    """The marks were black: each was smaller than the edges that were drawn around it."""
+    from matplotlib.image import imread
+
+    from synth.cad import PreviewError, draw_failures
+
+    lower = hip.joints[0].part("lower")
+    some = float(np.percentile(wall_thickness(lower.mesh)[1], 1.5))  # mm, so that 1.5 % of the points are marked
+    asked = replace(hip.dimensions, printing=PrintDimensions(thinnest=some))
+    leg, found = replace(hip, dimensions=asked), check_printing(hip.joints[0], asked.printing)
+    failed = [c for c in found if c.name == "print: wall" and c.part == lower.name and not c.passed]
+    assert failed
+    try:
+        written = draw_failures(leg, failed, tmp_path)
+    except PreviewError as error:
+        pytest.skip(str(error))
+    assert min(red_pixels(imread(tmp_path / name)[..., :3]) for name in written) > 100
+
+
 def test_a_failure_is_drawn_in_red(hip, tmp_path):
     from matplotlib.image import imread
 
@@ -375,5 +398,4 @@ def test_a_failure_is_drawn_in_red(hip, tmp_path):
     assert len(written) == len(failed)
     for name in written:
         pixels = imread(tmp_path / name)[..., :3]
-        red = (pixels[..., 0] > 0.6) & (pixels[..., 1] < 0.3) & (pixels[..., 2] < 0.3)
-        assert red.sum() > 50
+        assert red_pixels(pixels) > 50
