@@ -29,6 +29,7 @@ from synth.fit.free_motion_start import (
     LateFreeMotion,
     cut_of,
     detect_drive,
+    drift_of_noise,
     hidden_drive,
     recordings_from,
     start_sentence,
@@ -157,6 +158,8 @@ def _fit_checked(
         law = another_law(leg, recordings, chosen.stage, options, scatter)
         if law is not None and law.named:
             return _fit_with(law, recordings, asked)
+    if drive is not None and hidden is not None and law is None:  # no law explains any of it: is it the noise?
+        hidden = drift_of_noise(model, recordings, chosen.stage, options, hidden.probability) or hidden
     if drive is not None and isinstance(hidden, LateFreeMotion):
         note = start_sentence(drive, hidden.cut, hidden, likely_filter(recordings))
         later = partial(_fit_later, leg, recordings, asked, hidden.cut, note)

@@ -11,6 +11,9 @@ for the errors of the leg file's links, which move the two estimates, and bend t
 A leg with another law (friction, a damper's curve, a link that bends) makes the same difference, and later samples fit
 it no better until it rests. Where no start while it still moves agrees with later samples, nothing is cut: the
 intervals then include the difference.
+
+Noise that lasts makes it too: a trial's own unknowns take up most of it in the later samples (``lasting_noise``). Where
+that explains the difference, a hand and noise are not told apart, and nothing is cut either.
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ from synth.fit.diverged_fit import divergence_refused
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_options import LegFitOptions
+from synth.fit.lasting_noise import taken_up
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
@@ -123,17 +127,26 @@ class Drift:
 
     ``probability`` as of ``LateFreeMotion``; ``moved`` (p,) change of the unknowns from all samples to the later ones,
     less what noise explains. ``longest`` : s, the last start that was tried; None if the recordings are too short.
-    ``likely`` as of ``start_sentence``.
+    ``likely`` as of ``start_sentence``. ``of_noise`` : the probability if noise lasts as the later samples show; None
+    if that does not explain the difference either, or was not asked.
     """
 
     probability: float
     moved: Array
     longest: float | None
     likely: str = ""
+    of_noise: float | None = None
 
     @property
     def error(self) -> ModelError:
         """The whole change as one standard deviation, of all unknowns together."""
+        if self.of_noise is not None:
+            return ModelError(
+                self.moved[:, None],
+                f"release: the first samples and the later ones fit one leg if the noise lasts from sample to sample "
+                f"(p = {self.of_noise:.1g}; by what their residuals show of it {self.probability:.1g}), else a torque "
+                "acts at first. All samples are fitted; the intervals include the difference of the rates",
+            )
         either = "the leg has another law (synth gap), or a torque acts"
         why = f"The recordings are too short to try a later start: {either} at first"
         if self.longest is not None:
@@ -148,7 +161,11 @@ class Drift:
 
 
 def hidden_drive(
-    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, least: float = 0.0
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    stage: Stage,
+    options: LegFitOptions,
+    least: float = 0.0,
 ) -> LateFreeMotion | Drift | None:
     """Test whether all samples and later ones fit the same leg; None if they do, or if there are too few.
 
@@ -158,9 +175,47 @@ def hidden_drive(
     options : of that fit; the links' tolerances are allowed for.
     least : s, the shortest cut considered.
     """
-    longest = min(recording.time[-1] for recording in recordings)
-    unit = recordings[0].unit
-    begin = min(COMPARISON_START * unit, longest * (1.0 - LEAST_SHARE))
+    test, solution, unit = _later_fit(model, recordings, stage, options), stage.solution, recordings[0].unit
+    if test is None:
+        return None
+    first = test.agreement(recordings, solution, 0.0)
+    if first >= SIGNIFICANCE:
+        return None
+    tried = None
+    for start in sorted({max(cut * unit, least) for cut in CUTS}):
+        some = recordings_from(recordings, start)
+        if some is None or start >= test.begin:
+            break
+        tried = start
+        if test.agreement(some, replace(solution, locals=tuple(_locals(some, solution))), start) >= SIGNIFICANCE:
+            longer = start + FADE_TIME * unit
+            return LateFreeMotion(start if recordings_from(recordings, longer) is None else longer, first)
+    return Drift(first, _unexplained_change(model, solution, test.known.solution), tried, likely_filter(recordings))
+
+
+def drift_of_noise(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions, probability: float
+) -> Drift | None:
+    """The difference that ``hidden_drive`` found, with its ``probability``, if noise that lasts explains it; else None.
+
+    The misfit of another law looks like such noise too.
+    """
+    test = _later_fit(model, recordings, stage, options)
+    if test is None:
+        return None
+    test = test.with_noise_that_lasts()
+    found = test.agreement(recordings, stage.solution, 0.0)
+    if found < SIGNIFICANCE:
+        return None
+    moved = _unexplained_change(model, stage.solution, test.known.solution)
+    return Drift(probability, moved, None, of_noise=found)
+
+
+def _later_fit(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions
+) -> _LaterFit | None:
+    """The fit to later samples, from that to all; None if there are too few, or the motion diverges."""
+    begin = min(COMPARISON_START * recordings[0].unit, min(r.time[-1] for r in recordings) * (1.0 - LEAST_SHARE))
     reference = recordings_from(recordings, begin)
     if reference is None:
         return None
@@ -170,20 +225,7 @@ def hidden_drive(
     if not np.isfinite(known.solution.cost):
         return None
     scatter = LaterScatter.of(reference, known.solution.predictions)
-    test = _LaterFit(model, reference, known, scatter, begin, options)
-    first = test.agreement(recordings, solution, 0.0)
-    if first >= SIGNIFICANCE:
-        return None
-    tried = None
-    for start in sorted({max(cut * unit, least) for cut in CUTS}):
-        some = recordings_from(recordings, start)
-        if some is None or start >= begin:
-            break
-        tried = start
-        if test.agreement(some, replace(solution, locals=tuple(_locals(some, solution))), start) >= SIGNIFICANCE:
-            longer = start + FADE_TIME * unit
-            return LateFreeMotion(start if recordings_from(recordings, longer) is None else longer, first)
-    return Drift(first, _unexplained_change(model, solution, known.solution), tried, likely_filter(recordings))
+    return _LaterFit(model, reference, known, scatter, begin, options)
 
 
 def _unexplained_change(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
@@ -210,6 +252,17 @@ class _LaterFit:
     scatter: LaterScatter
     begin: float
     options: LegFitOptions
+
+    def with_noise_that_lasts(self) -> _LaterFit:
+        """With what the unknowns of each trial took up of the noise; the same where its residuals are no noise."""
+        known = self.known
+        share = taken_up(self.model, self.samples, known)
+        enlarged = replace(known.weights, noise=known.weights.noise * np.sqrt(share))
+        found = solve(self.model, self.samples, FitStart.at(known.solution), enlarged, tolerance=0.01)
+        if not np.isfinite(found.cost):
+            return self
+        scatter = replace(self.scatter, deviation=self.scatter.deviation * np.sqrt(share))
+        return replace(self, known=Stage(found, enlarged), scatter=scatter)
 
     def agreement(self, some: Sequence[Recording], start: Solution, cut: float) -> float:
         """The probability that ``some``, the samples from ``cut`` s, and the later ones belong to one leg."""

@@ -103,6 +103,12 @@ def lasting_variances(model: TrajectoryModel, recordings: Sequence[Recording], s
     return found
 
 
+def taken_up(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage) -> Array:
+    """(n_trial, n) factor >= 1 on the variance of the noise of ``stage``, by what lasts in it beyond its residuals."""
+    seen = np.array([recording.counts.any(axis=0) for recording in recordings])
+    return np.where(seen, lasting_variances(model, recordings, stage, np.where(seen, 1.0, np.nan)), 1.0)
+
+
 def _noises(pieces: Sequence[_Pieces]) -> list[_Noise]:
     """What the noise may be, each with its probability where all that are tried are alike probable beforehand."""
     step = float(np.median([np.median(np.diff(each.time)) for each in pieces]))
