@@ -140,6 +140,8 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     recent, torques = np.empty((3, 2, n, LANES)), np.empty((2, LANES))
     # Of each lane the step in which the torque of its push seems greatest: ends, length and share, and that torque.
     ends, span, greatest = np.zeros((2, 2, n, LANES)), np.zeros((2, LANES)), np.zeros(LANES)
+    # Of each lane's last contact: time, speed and height of the centre of mass, energy; whether it has not counted yet.
+    lift, on_ground = np.zeros((4, LANES)), np.zeros(LANES, dtype=np.bool_)
     x, begun, _, A, error_sum = views(S, n)
     n_angle = (n - 3) // 2
     for lane in range(LANES):
@@ -190,26 +192,27 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                 if Z[alive, lane] == 0.0:
                     continue
                 at, speed = Z[foot, lane], Z[com_speed, lane]
-                before, pushing = foot_before[lane], outcome[CLEARANCE, lane] < LIFTED
+                before, highest = foot_before[lane], outcome[CLEARANCE, lane]
+                pushing = highest < LIFTED
                 foot_before[lane] = at
-                outcome[CLEARANCE, lane] = max(outcome[CLEARANCE, lane], at)
+                outcome[CLEARANCE, lane] = max(highest, at)
                 outcome[APEX, lane] = max(outcome[APEX, lane], Z[com, lane] - outcome[START_COM, lane])
                 outcome[LEAST_SPREAD, lane] = min(outcome[LEAST_SPREAD, lane], -Z[bend, lane])
                 outcome[PEAK_NORMAL, lane] = max(outcome[PEAK_NORMAL, lane], Z[normal, lane])
-                if pushing and (at <= 0.0 or before <= 0.0):  # to the foot's passage through the ground, within a step
+                if at <= 0.0 or before <= 0.0:  # to the foot's passage through the ground, within a step
                     share = 1.0 if at <= 0.0 else before / (before - at)
-                    outcome[TAKEOFF_TIME, lane] = t - (1.0 - share) * h
-                    for c, now in (
-                        (TAKEOFF_SPEED, speed),
-                        (TAKEOFF_HEIGHT, Z[com, lane]),
-                        (ENERGY, x[energy, lane]),
-                    ):
-                        outcome[c, lane] += share * (now - outcome[c, lane])
-                    if share < 1.0:
+                    lift[0, lane], on_ground[lane] = t - (1.0 - share) * h, True
+                    for k, now in ((1, speed), (2, Z[com, lane]), (3, x[energy, lane])):
+                        lift[k, lane] += share * (now - lift[k, lane])
+                    if pushing and share < 1.0:
                         left = abs(torques[1, lane] + share * (Z[gear, lane] - torques[1, lane]))
                         if left > greatest[lane]:
                             greatest[lane] = left
                             keep(ends, lane, recent[before_last], recent[newest], span, h, share)
+                if on_ground[lane] and (pushing or at > highest):  # of contacts, the last before the greatest height
+                    on_ground[lane] = False
+                    for k, c in ((0, TAKEOFF_TIME), (1, TAKEOFF_SPEED), (2, TAKEOFF_HEIGHT), (3, ENERGY)):
+                        outcome[c, lane] = lift[k, lane]
                 if pushing:
                     any_pushes = True
                     first, middle, now = torques[0, lane], torques[1, lane], Z[gear, lane]
@@ -222,7 +225,7 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                                 keep(ends, lane, recent[oldest], recent[before_last], span, last_h, 1.0)
                             else:
                                 keep(ends, lane, recent[before_last], recent[newest], span, h, 1.0)
-                if at <= 0.0 and pushing:  # the push that takeoff ends
+                if at <= 0.0 and pushing:  # until the foot first lifts
                     outcome[PEAK_GEAR_TORQUE, lane] = max(outcome[PEAK_GEAR_TORQUE, lane], abs(Z[gear, lane]))
                     outcome[PEAK_CURRENT, lane] = max(outcome[PEAK_CURRENT, lane], abs(Z[drawn, lane]))
                 ended = RUNNING

@@ -167,7 +167,7 @@ class Drop:
 
 @dataclass
 class _WatchedJump:
-    """Data collected during MuJoCo's simulation; ``takeoff`` time s, speed m/s and energy J."""
+    """Data collected during MuJoCo's simulation; ``takeoff`` and last ``contact``: time s, speed m/s and energy J."""
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     gap: float = 0.0
@@ -177,6 +177,7 @@ class _WatchedJump:
     highest: float = 0.0
     crossed: bool = False
     takeoff: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    contact: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def outcome(self, status: int | None, step: float) -> JumpOutcome:
         """Outcome of a jump that ended so."""
@@ -232,11 +233,14 @@ def mujoco_jump(
             omega = -float(data.qvel[1])
             drawn = 2 * (motor.stall_current - fall * omega) if drop is None else 0.0
             seen.energy += motor.voltage * drawn * step
+            if foot <= touching:
+                seen.contact = (float(data.time), speed, seen.energy)
+                if seen.highest < LIFTED:
+                    seen.torque = max(seen.torque, abs(stall - slope * omega))
+                    seen.current = max(seen.current, abs(drawn))
+            if foot > seen.highest or seen.highest < LIFTED:  # as in the lanes
+                seen.takeoff = seen.contact
             seen.highest = max(seen.highest, foot)
-            if foot <= touching and seen.highest < LIFTED:
-                seen.torque = max(seen.torque, abs(stall - slope * omega))
-                seen.current = max(seen.current, abs(drawn))
-                seen.takeoff = (float(data.time), speed, seen.energy)
             seen.gap = max(seen.gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
             seen.crossed |= bool(data.body(knees[0]).xpos[0] < data.body(knees[1]).xpos[0])
             status = _end_reason(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)

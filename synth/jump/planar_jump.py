@@ -125,12 +125,19 @@ def _rows_of_push(aside: Array) -> slice:
     return slice(0, int(touching[-1]) + 1 if len(touching) else 1)
 
 
+def _takeoff_row(aside: Array) -> int:
+    """The last row of ground contact before the foot's greatest height; that of the push if it does not lift."""
+    if not (aside[:, 3] > LIFTED).any():
+        return int(_rows_of_push(aside).stop) - 1
+    touching = np.flatnonzero(aside[: int(np.argmax(aside[:, 3])), 3] <= 0.0)
+    return int(touching[-1]) if len(touching) else 0
+
+
 def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> JumpOutcome:
     if status == TOO_STIFF:
         return too_stiff()
     size = 2 * n + 3
-    push = _rows_of_push(aside)
-    last = push.stop - 1
+    push, last = _rows_of_push(aside), _takeoff_row(aside)
     after = min(last + 1, len(aside) - 1)
     low, high = aside[last, 3], aside[after, 3]
     share = -low / (high - low) if low <= 0.0 < high else 0.0  # of the step, to the foot's passage through the ground

@@ -287,3 +287,21 @@ def test_what_a_model_includes_is_named_and_each_model_includes_what_it_says() -
     assert [name for name, each in made.items() if each.driving[0] < 1.0] == ["full"]
     assert [name for name, each in made.items() if not each.may_pull] == ["full"]
     assert [name for name, each in made.items() if each.contact_damping[0] == 0.0] == ["full"]
+
+
+@pytest.mark.parametrize("name", ["20D 12V 250:1", "20D 6V 250:1"])
+def test_a_slow_leg_that_lifts_its_foot_twice_takes_off_for_the_greater_height(name: str) -> None:
+    """The foot is up 1 to 3 mm at 0.05 s, on the ground again from 0.09 to 0.11 s, and then up 15 mm.
+
+    Against the planar form, and ballistics: the centre of mass rises by v^2/2g from there.
+    """
+    own = motor_of(catalogue().find_motor(name))
+    found = compiled_jump("upper").run(lanes(HopperLeg(), own, GROUND, MODELS["full"], np.array([0.2])))[:, 0]
+    other = planar_jump(HopperLeg().with_length(0.2), own, GROUND, MODELS["full"]).outcome
+    outcome = outcomes.outcome_of(found)
+    assert outcome.takeoff_time > 0.1
+    assert outcome.takeoff_time == pytest.approx(other.takeoff_time, abs=5e-5)
+    assert outcome.takeoff_speed == pytest.approx(other.takeoff_speed, rel=1e-3)
+    assert outcome.energy == pytest.approx(other.energy, rel=1e-3)
+    rise = found[outcomes.TAKEOFF_HEIGHT] - found[outcomes.START_COM] + outcome.takeoff_speed**2 / (2.0 * 9.81)
+    assert rise == pytest.approx(outcome.rise, abs=2e-4)

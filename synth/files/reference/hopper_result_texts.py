@@ -9,7 +9,7 @@ _JUMP = {
     "relative_height": "Height over the length of the links.",
     "total_height": "Rise of the centre of mass over the crouch.",
     "takeoff_speed": "Of the centre of mass.",
-    "takeoff_time": "From the command to takeoff.",
+    "takeoff_time": "From the command to takeoff, the last one before the foot's greatest height.",
     "energy": "Electrical, up to takeoff.",
     "peak_gear_torque": "Greatest torque through one gear in the push, until the foot has lifted.",
     "peak_current": "Greatest current.",
