@@ -19,6 +19,8 @@ BESIDE = 6  # steps on either side that are looked at: a swing of four samples a
 SMALL = 0.3  # of the leaps there and back, the largest step beside them
 # Of repeated readings. Fewer equal ones are a single one beside the motion, which is an outlier.
 SHORTEST_HOLD, BESIDE_HOLD = 3, 4
+# Of the channel: 60 ms in recordings of 1 s are left out; what stays longer is frozen, and told as such by the checks.
+LONGEST_HOLD = 0.08
 LEAST_BESIDE = 2  # steps, of fewer before or after nothing is said
 LEAP_OF_HOLD = 1.5  # times the largest step beside it: of three equal readings it is three steps of an even motion
 
@@ -54,7 +56,7 @@ def repeated_readings(value: Array, least: float) -> Mask:
     least : smallest leap at the end, in the unit of ``value``.
 
     The first of the equal readings was measured, and stays. Where readings are equal beside them too, as by coarse
-    counts or a slow sensor, all stay.
+    counts or a slow sensor, all stay; so do longer runs, of a frozen channel.
     """
     found = np.zeros(len(value), dtype=bool)
     step = np.diff(value)
@@ -63,6 +65,8 @@ def repeated_readings(value: Array, least: float) -> Mask:
     for start, end in zip((edges[far] + 1).tolist(), edges[far + 1].tolist(), strict=True):
         before, after = step[max(0, start - BESIDE_HOLD) : start], step[end + 1 : end + 1 + BESIDE_HOLD]
         if min(len(before), len(after)) < LEAST_BESIDE or not (before.all() and after.all()):
+            continue
+        if end - start + 1 >= LONGEST_HOLD * len(value):
             continue
         if abs(step[end]) > max(least, LEAP_OF_HOLD * max(np.abs(before).max(), np.abs(after).max())):
             found[start + 1 : end + 1] = True

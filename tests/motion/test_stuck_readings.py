@@ -76,3 +76,13 @@ def test_a_servo_that_steps_is_not_stuck(rate: float, lag: float) -> None:
 def test_a_stop_and_coarse_counts_are_not_stuck() -> None:
     assert not lost_samples(TIME, np.clip(swing(0.0), 1.6, 1.95)).any()
     assert not lost_samples(TIME, np.radians(0.4 * np.round(np.degrees(swing(0.05)) / 0.4))).any()
+
+
+def test_a_channel_that_is_frozen_for_long_is_left_to_the_checks() -> None:
+    """A hold is left out; a tenth of the recording is told of as frozen (``fit.plausibility``, ``gap --check``)."""
+    whole = swing(0.0)
+    for samples, lost in ((len(TIME) // 25, True), (len(TIME) // 10, False)):
+        value = whole.copy()
+        first = len(TIME) // 2
+        value[first : first + samples] = value[first]
+        assert lost_samples(TIME, value).any() == lost
