@@ -41,7 +41,7 @@ def test_the_kernel_is_loaded_without_all_of_vtk_which_can_still_be_loaded():
 @pytest.mark.parametrize(
     ("command", "without"),
     [
-        (("gap", "gap/gap.yaml"), "scipy.optimize"),  # a quarter of a second, for clocks in doubt alone
+        (("gap", "gap/gap.yaml"), "scipy.optimize"),  # 0.2 s, for clocks in doubt alone
         (("spring", "--rate", "1.7 N*m/rad", "--travel", "40 deg"), "vtk"),
     ],
 )

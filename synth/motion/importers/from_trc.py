@@ -18,12 +18,12 @@ from synth.files.import_project import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Markers, cut_off, states_otherwise
+from synth.motion.importers.marker_tables import SAME_RATE
 from synth.motion.importers.registry import loader, text_start
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
 UP = "y"
 MOST_DIGITS = 100  # of a time before or after its point; beyond 308 a double has none
-SAME_RATE = 5e-3  # relative; 60 Hz is also written for the 59.94 Hz of NTSC video, a difference of 1e-3
 
 
 def is_trc(start: bytes, path: Path) -> bool:

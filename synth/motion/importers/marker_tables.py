@@ -15,7 +15,7 @@ from synth.motion.importers.foreign_data import MISSING, cut_off
 from synth.motion.importers.registry import text_start
 
 SIZE_LIMIT = 400_000_000  # bytes; the whole file is read into memory
-SAME_RATE = 5e-3  # relative, as of a TRC's two clocks
+SAME_RATE = 5e-3  # relative; 60 Hz is also written for the 59.94 Hz of NTSC video, a difference of 1e-3
 ROUNDING = 1e-5  # s, of written times: Qualisys writes five decimals, Motive six
 Line = tuple[int, list[str]]
 

@@ -94,7 +94,7 @@ def clock_warnings(
     made = {float(factor): misfit(float(factor)) for factor in np.linspace(1.0 - MOST_OFF, 1.0 + MOST_OFF, GRID)}
     best = min(made, key=lambda factor: made[factor])
     limits = max(best - TRIED, min(made)), min(best + TRIED, max(made))
-    from scipy.optimize import minimize_scalar  # imported here: it takes 0.25 s, and few clocks are doubted
+    from scipy.optimize import minimize_scalar  # imported here: it takes 0.2 s, and few clocks are doubted
 
     near = minimize_scalar(misfit, bounds=limits, method="bounded", options={"xatol": EXACT})
     return _warning(float(near.x), float(near.fun), left)
