@@ -1,11 +1,12 @@
 """``synth import``: convert motion recorded by other programs into trials of a leg.
 
 Reads DeepLabCut, SLEAP, Anipose, Vicon, Qualisys, OptiTrack, TRC, C3D, NWB pose, OpenSim, MATLAB, MCAP and ROS bags,
-and CSV of other column names (--list). The format is detected from the content. FILE is such a recording, or several,
-with --leg, or a project (kind: import) that assigns columns or points of many files to the leg's joints. For joints
-with a drive it brings in commands, voltages, currents and the supply too. The output has the trials, the leg, a
-runnable fit.yaml (of a driven leg gap.yaml), a page with the leg as a stick figure, and a list of what was detected,
-repaired and cut: angle jumps by whole turns, left and right exchanged by a tracker, samples before the release.
+and CSV of other column names or of points (--list). The format is detected from the content. FILE is such a
+recording, or several, with --leg, or a project (kind: import) that assigns columns or points of many files to the
+leg's joints. For joints with a drive it brings in commands, voltages, currents and the supply too. The output has the
+trials, the leg, a runnable fit.yaml (of a driven leg gap.yaml), a page with the leg as a stick figure, and a list of
+what was detected, repaired and cut: angle jumps by whole turns, left and right exchanged by a tracker, samples before
+the release.
 """
 
 from __future__ import annotations
@@ -113,6 +114,10 @@ def _read_files(project: ImportProject, named: Sequence[str]) -> list[ImportedTr
         told = isinstance(joint.drive, Servo) and not joint.drive.open_duty
         text = "columns are assigned in a project file, which is imported instead: kind: import, leg: ..., "
         files = ", ".join(Path(file).name for file in named)
+        if project.mapping.points:
+            text = "write the unit into the header, as in time [s], or state it in a project file, which is imported "
+            text += f"instead: kind: import, leg: ..., files: [{files}], points: [{', '.join(project.mapping.points)}]"
+            raise UserError([*error.problems, *more, Problem(f"{text}, time: {{column: COLUMN, unit: s}}")]) from None
         text += f"files: [{files}], joints: {{{joint.name}: {{column: COLUMN}}}}; beside it `unit: deg` "
         text += "where the file states none, of raw counts `counts: 4096` (a turn)"
         text += ", `command: COLUMN` where the command is in the same file" if told else ""

@@ -23,8 +23,8 @@ from synth.swing.leg_model import Leg
 Window = tuple[float, float]
 TURNS = radians(720.0)  # rad, two turns either way: a larger angle is a mistake of units
 Formats = Literal[
-    "auto", "anipose", "c3d", "csv", "deeplabcut", "deeplabcut-h5", "json", "matlab", "mcap", "motive", "nwb-pose",
-    "opensim", "qualisys", "rosbag", "sleap", "sleap-analysis", "sleap-csv", "trc", "vicon",
+    "auto", "anipose", "c3d", "csv", "csv-points", "deeplabcut", "deeplabcut-h5", "json", "matlab", "mcap", "motive",
+    "nwb-pose", "opensim", "qualisys", "rosbag", "sleap", "sleap-analysis", "sleap-csv", "trc", "vicon",
 ]  # fmt: skip
 Cuts = Literal["cut", "free", "keep"]
 Text = Annotated[str, Field(min_length=1, max_length=200)]

@@ -111,7 +111,7 @@ KEYS: dict[str, str] = {
     "import.likelihood": "Points less likely than this are missing. Left out: of DeepLabCut those below 0.6, of others "
     "none, and a note says how many are below 0.6.",
     "import.plane": "Axes to the right and up: of space, `[-y, z]` with signs; `[fit, z]`: the best-fitting plane; of "
-    "an NWB picture `[x, y]` or `[x, -y]`.",
+    "a picture (NWB, CSV) `[x, y]` or `[x, -y]`.",
     "import.mirror": "Filmed from the other side.",
     "import.roll": "Counter-clockwise rotation of the picture as filmed, before `mirror`.",
     "import.release": "`cut`: to the release; `free`: the driven part too; `keep`: nothing is cut.",

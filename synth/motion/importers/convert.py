@@ -18,6 +18,7 @@ from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean_angles, remarks
 from synth.motion.importers.drive_inputs import DriveInput, drive_inputs, inputs_within
 from synth.motion.importers.foreign_data import Channels, Markers, name_list, other_side
+from synth.motion.importers.from_point_columns import points_in_columns
 from synth.motion.importers.limb_sides import exchanged_limb
 from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
@@ -105,7 +106,7 @@ def import_file(
     ------
     UserError : the file cannot be read, does not contain the columns or points of ``mapping``, or too little remains.
     """
-    found_form = recognise(path, name) if form == "auto" else formats()[form]
+    found_form = recognise(path, name, points=bool(mapping.points)) if form == "auto" else formats()[form]
     _check_mapping(found_form, mapping, name)
     found_form.require(name)
     source = found_form.read(path, mapping, name)
@@ -199,7 +200,7 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
     if form.gives == "points":
         unused = {
             "joints": bool(mapping.joints),
-            "time": mapping.time is not None,
+            "time": mapping.time is not None and "time" not in form.keys,
             "supply": mapping.supply is not None,
         }
         unused |= {"plane": not form.space and mapping.plane is not None}
@@ -244,7 +245,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
         except UserError as error:
             problems += error.problems
     if problems or no_clock:
-        raise UserError([*problems, *no_clock])
+        raise UserError([*problems, *no_clock, *_points_instead(source, leg, problems)])
     used, clock = without_repeated_rows(source, clock, notes)
     source = _continued(used, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
@@ -253,6 +254,15 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
         sign = joint.sign if column.sign is None else column.sign
         angles[:, j] = joint.zero + joint.sign * sign * (angles[:, j] - zero)
     return used, clock, angles, [*clock.notes, *notes]
+
+
+def _points_instead(source: Channels, leg: Leg, problems: list[Problem]) -> list[Problem]:
+    """Where columns of angles are missing from a CSV of points: how to name those."""
+    points = points_in_columns(source.names)
+    if not problems or len(points) <= len(leg.joints):
+        return []
+    text = f"its columns hold points ({name_list(points)}): if they are of the leg, name them, proximal to distal and "
+    return [Problem(f"{text}then the tip: points: [{', '.join(leg.joint_names)}, tip] (--points)", source.name)]
 
 
 def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:

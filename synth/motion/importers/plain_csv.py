@@ -42,7 +42,12 @@ def is_table(start: bytes, path: Path) -> bool:
 
 @loader("csv", "CSV with a header", is_table, "channels", last=True)
 def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
-    """All columns with their names and, if stated, units.
+    """All columns with their names and, if stated, units; raises as ``csv_channels``."""
+    return csv_channels(path, name)
+
+
+def csv_channels(path: Path, name: str) -> Channels:
+    """All columns of a CSV with their names and, if stated, units.
 
     Raises
     ------

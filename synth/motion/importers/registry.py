@@ -37,7 +37,7 @@ class ForeignFormat:
     in space, so ``plane`` applies. ``keys`` : further keys of a project that apply to it.
     ``package`` : its reader, None if none is needed; ``extra`` : the extra of this program that installs it.
     ``own_clock`` : the file has a clock, and none may be given. ``last`` : used only if no other matches, since
-    almost any text would.
+    almost any text would; of two such, that which gives what is asked for.
     """
 
     name: str
@@ -102,8 +102,8 @@ def formats() -> dict[str, ForeignFormat]:
 _OLDER = ("c3d", "deeplabcut", "matlab", "opensim", "plain_csv")  # loaders whose modules have the format's name
 
 
-def recognise(path: Path, name: str) -> ForeignFormat:
-    """The format of a file, from its content.
+def recognise(path: Path, name: str, *, points: bool = False) -> ForeignFormat:
+    """The format of a file, from its content; ``points`` : whether points are asked for, of a table that may hold them.
 
     Raises
     ------
@@ -120,7 +120,8 @@ def recognise(path: Path, name: str) -> ForeignFormat:
         raise UserError(Problem(f"cannot be read: {error.strerror}", name)) from None
     known = formats()
     found = [item for item in known.values() if not item.last and item.holds(start, path)]
-    found = found or [item for item in known.values() if item.last and item.holds(start, path)]
+    wanted = "points" if points else "channels"
+    found = found or [item for item in known.values() if item.last and item.gives == wanted and item.holds(start, path)]
     if len(found) == 1:
         return found[0]
     if found:

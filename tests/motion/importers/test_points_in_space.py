@@ -58,7 +58,7 @@ def test_files_of_a_diagonal_walkway_are_seen_from_one_side(tmp_path: Path, monk
         space = in_space(points(measured), (cos(way), sin(way)), 1.0)
         return Markers(path.name, PARTS, space, np.arange(float(len(space))), RATE, "m")
 
-    monkeypatch.setattr(convert, "recognise", lambda *_: replace(formats()["trc"], read=read))
+    monkeypatch.setattr(convert, "recognise", lambda *_, **_points: replace(formats()["trc"], read=read))
     files = tuple(ForeignFile(tmp_path / name, name) for name in headings)
     mapping = Mapping(points=PARTS, plane=("fit", "z"))
     found = read_files(ImportProject("walk", leg(), files, "auto", mapping, "keep"))
