@@ -8,7 +8,8 @@ which halves its cost.
 
 Heavy links may ask for parts that leave them light, and light ones for heavy parts. Once the links of a round turn back
 towards those of the round before, each further round begins midway between its last links and those that its parts
-give. Where no round settles, the best is taken, each with its own parts' masses.
+give; with the latter if the parts of the round before gave the same. Where no round settles, the best is taken,
+each with its own parts' masses.
 
 Masses here are those of facets (``cad.facets``), within 1e-5 of the solids that are drawn at the end; what is reported
 is the masses of those solids. Joints whose dimensions did not change are not weighed again.
@@ -54,7 +55,7 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from synth.cad import LegDimensions
 
-MOST_ROUNDS = 5  # of choosing; the built-in example and the lab's project take two
+MOST_ROUNDS = 5  # of choosing; the built-in example takes four, as its first two rounds alternate
 SAME_CHOICE = 0.02  # relative, of links with the same parts: a spring to wind of one label has other coils by round
 NEAR_JOINTS = 0.03  # mm, deg, N m: masses of joints this close agree to 1e-3, a fifth of the tolerance of convergence
 MOST_SETTLING = 4  # drawings until free angles and masses agree; two are enough except for the last digit
@@ -92,6 +93,7 @@ def _rounds(
     """Choose parts and compute masses until the chosen parts, or nearly their masses, are those of the links."""
     target, labels = start
     before, held, alternating = project.target, LastChoice(), False
+    gave: Leg | None = None  # the links that the parts of the round before give
     tried: list[tuple[LegDesign, Leg]] = []  # rounds that know the substitutes of their parts, and the links they draw
     for count in range(1, MOST_ROUNDS + 1):
         effort: Effort = "chosen" if count > 1 else "found"
@@ -105,8 +107,9 @@ def _rounds(
         if count > 1:
             tried.append((design, carrying))
             alternating = alternating or turns_back(before, target, carrying)
-        before, labels, held = target, design.sets.chosen.labels, _last(design)
-        target = midway_links(target, carrying) if alternating else carrying
+        again = gave is not None and same_links(gave, carrying, SAME_CHOICE)
+        before, gave, labels, held = target, carrying, design.sets.chosen.labels, _last(design)
+        target = midway_links(target, carrying) if alternating and not again else carrying
     rounds = MassRounds(count, settled)
     if not settled:
         design = _best_as_drawn(tried)

@@ -60,6 +60,29 @@ def test_the_same_parts_on_other_links_are_chosen_again(tmp_path: Path, monkeypa
     assert designed(tmp_path, amplitude=30, frequency=2).rounds == mass_loop.MassRounds(3, settled=True)
 
 
+def test_rounds_that_turned_back_and_choose_alike_go_on_from_the_links_of_their_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They went half the way in each round, until the limit of rounds or of SAME_CHOICE."""
+    found, seen, drawings = mass_loop.JointWeights.on_links, [], iter((1.0, 1.5, 1.0))
+    choose = mass_loop.design_for
+
+    def weighed(self: Any, design: Any) -> Any:
+        return _heavier(found(self, design), next(drawings, 1.0))
+
+    def told(project: Any, catalogue: Any, known: Any, target: Leg, stage: Any, **wanted: Any) -> Any:
+        seen.append(target.joints[0].link.mass)
+        return choose(project, catalogue, known, target, stage, **wanted)
+
+    monkeypatch.setattr(mass_loop.JointWeights, "on_links", weighed)
+    monkeypatch.setattr(mass_loop, "design_for", told)
+    design = designed(tmp_path, amplitude=30, frequency=2)
+    _, light, heavy, midway, *last = [mass / design.built.joints[0].link.mass for mass in seen]
+    assert [light, heavy, midway] == pytest.approx([1.0, 1.5, 1.25], rel=0.1)
+    assert last == pytest.approx([1.0], rel=0.05)
+    assert design.rounds == mass_loop.MassRounds(4, settled=True)
+
+
 @pytest.mark.slow
 def test_rounds_whose_links_turn_back_begin_midway(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Here parts and masses agree at links of 3 times their mass; the rounds alternated between 1 and 7 times.
