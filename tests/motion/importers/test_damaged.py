@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from motion.importers import test_c3d, test_deeplabcut, test_matlab, test_more_formats, test_opensim
+from motion.importers import (
+    test_c3d,
+    test_deeplabcut,
+    test_marker_tables,
+    test_matlab,
+    test_more_formats,
+    test_opensim,
+    test_point_columns,
+    test_sleap_csv,
+)
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, points
 from synth.errors import UserError
 from synth.files.import_project import Mapping
@@ -50,6 +59,29 @@ def plain(folder: Path) -> tuple[Path, Mapping]:
 def anipose(folder: Path) -> tuple[Path, Mapping]:
     mapping = Mapping(points=PARTS, frame_rate=RATE, likelihood=0.5)
     return test_more_formats.anipose(folder / "a.csv"), mapping
+
+
+def vicon(folder: Path) -> tuple[Path, Mapping]:
+    return test_marker_tables.vicon(folder / "a.csv"), test_marker_tables.MAPPING
+
+
+def qualisys(folder: Path) -> tuple[Path, Mapping]:
+    return test_marker_tables.qualisys(folder / "a.tsv"), test_marker_tables.MAPPING
+
+
+def motive(folder: Path) -> tuple[Path, Mapping]:
+    return test_marker_tables.motive(folder / "a.csv", "1.23"), test_marker_tables.MAPPING
+
+
+def sleap_csv(folder: Path) -> tuple[Path, Mapping]:
+    (folder / "a.csv").write_text("\n".join([test_sleap_csv.HEADER, *test_sleap_csv.rows()]) + "\n")
+    return folder / "a.csv", Mapping(points=PARTS, frame_rate=RATE)
+
+
+def point_columns(folder: Path) -> tuple[Path, Mapping]:
+    text = test_point_columns.table(test_point_columns.HEAD, test_point_columns.with_time(points(angles()[1])))
+    (folder / "a.csv").write_text(text)
+    return folder / "a.csv", Mapping(points=PARTS, plane=("x", "y"))
 
 
 def records(folder: Path) -> tuple[Path, Mapping]:
@@ -100,7 +132,8 @@ def damaged(whole: bytes, generator: np.random.Generator) -> bytes:
 
 
 @pytest.mark.parametrize(("made", "count"), [(deeplabcut, 60), (opensim, 60), (matlab, 6), (plain, 60), (c3d, 6),
-                                              (anipose, 30), (records, 60)])  # fmt: skip
+                                              (anipose, 30), (records, 60), (vicon, 40), (qualisys, 40), (motive, 40),
+                                              (sleap_csv, 40), (point_columns, 40)])  # fmt: skip
 def test_a_damaged_file_gives_a_recording_or_a_message(
     made: Callable[[Path], tuple[Path, Mapping]], count: int, tmp_path: Path
 ) -> None:
