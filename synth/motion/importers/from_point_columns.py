@@ -1,7 +1,7 @@
 """Points in the columns of a CSV, an x and a y each, as spreadsheets, DLTdv and scripts around pose estimators write.
 
-Named hip_x, "hip X [mm]", hipX, x_hip or x1; also with a z. Only the project's ``points`` tell
-such a file from one of angles, whose columns may be named alike.
+Named hip_x, "hip X [mm]", hipX, x_hip or x1, or x below hip in a row of its own; also with a z. Only the project's
+``points`` tell such a file from one of angles, whose columns may be named alike.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.foreign_data import Channels, Markers, name_list
-from synth.motion.importers.likelihood import without_unlikely
+from synth.motion.importers.likelihood import SCORES, without_unlikely
 from synth.motion.importers.plain_csv import csv_channels, is_table
 from synth.motion.importers.registry import loader
 from synth.motion.importers.repeated_rows import without_repeated_rows
 
-SCORES = ("likelihood", "score", "confidence", "visibility")
 _UNIT = re.compile(r"\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")  # behind the name
 _AFTER = re.compile(rf"(?P<name>.*[^\s_./:-])[\s_./:-]+(?P<part>[xyz]|{'|'.join(SCORES)})", re.IGNORECASE)
 _CAPITAL = re.compile(r"(?P<name>.*[a-z0-9])(?P<part>[XYZ])")

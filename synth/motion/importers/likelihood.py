@@ -7,6 +7,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 
+SCORES = ("likelihood", "score", "confidence", "visibility")  # what trackers' tables call it
 USUAL = 0.6  # DeepLabCut's own `pcutoff`; its default there. Of other trackers only the number of lower ones is told
 
 

@@ -1,14 +1,15 @@
 """Plain CSV from any logger: other column names, units in brackets or in the project, commas, semicolons or tabs.
 
 Comment lines before the header are skipped. Where numbers follow them directly, the last one is the header, as numpy's
-``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is recognised, and so
-is the first line ``sep=;`` by which a spreadsheet is told the separator. A column of dates or times of day is read in
+``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is recognised, so
+is one of x, y and z below points' names, and the first line ``sep=;`` by which a spreadsheet is told the separator. A column of dates or times of day is read in
 seconds.
 """
 
 from __future__ import annotations
 
 import io
+import itertools
 import re
 from decimal import Decimal
 from pathlib import Path
@@ -22,6 +23,7 @@ from synth.files.import_project import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import MISSING, Channels
+from synth.motion.importers.likelihood import SCORES
 from synth.motion.importers.registry import UTF_16, loader, text_start
 from synth.motion.importers.text_clock import text_clock
 
@@ -32,6 +34,7 @@ _MARK = re.compile(r"\s*(?:#+|%+|//+)\s*")  # with which a comment begins
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _OTHER = re.compile(r"volt|supply|battery|current|torque|effort|moment|velocity|speed", re.IGNORECASE)
 _THOUSANDS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+") for mark in ".,"}
+_COORDINATES = ("x", "y", "z", *SCORES)
 _TOLD = re.compile(r'"?sep=(.)"?[;,\t]*\s*', re.IGNORECASE)  # Excel's first line; saved again, it is a row of cells
 
 
@@ -66,6 +69,8 @@ def csv_channels(path: Path, name: str) -> Channels:
     if numbered and _holds_numbers(numbered[0][1], separator):
         numbered = [*_commented_header(lines[told is not None : above], numbered[0], separator, name), *numbered]
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
+    if len(rows) > 2 and (merged := _of_two_rows(rows[0], rows[1])):
+        rows, numbers = [merged, *rows[2:]], [numbers[0], *numbers[2:]]
     if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))
     titles = [cell.strip() for cell in rows[0]]
@@ -85,6 +90,22 @@ def csv_channels(path: Path, name: str) -> Channels:
         return [exact_number(pointed(row[column], separator)) for row in rows[first:]]
 
     return Channels(name, tuple(names), tuple(found_units), values, notes=notes, numbers=exact)
+
+
+def _of_two_rows(names: list[str], parts: list[str]) -> list[str]:
+    """One header of a row of names, each over all or the first of its columns, and below it x, y and z; else empty.
+
+    ``,hip,,knee,`` over ``time,x,y,x,y``, as spreadsheets have it, becomes ``time,hip_x,hip_y,knee_x,knee_y``.
+    """
+    found, over = [], ""
+    for name, part in itertools.zip_longest((each.strip() for each in names), (each.strip() for each in parts)):
+        over = name or over
+        axis = (part or "").casefold() in _COORDINATES
+        if not axis and part and over:
+            return []  # a part of another kind under a name: two rows of something else
+        found.append(f"{over}_{part}" if axis and over else part or name or "")
+    count = sum(each.strip().casefold() in ("x", "y", "z") for each in parts)
+    return found if count >= 4 else []  # x and y of two points
 
 
 def _told_separator(lines: list[str], name: str) -> str | None:

@@ -57,6 +57,22 @@ def test_numbered_columns_and_rows_as_frames(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.degrees(found.angles), MEASURED, atol=1e-4)
 
 
+@pytest.mark.parametrize(
+    "rows",
+    [
+        (",hip,,knee,,ankle,,toe,", "time [s],x,y,x,y,x,y,x,y"),
+        ("time [s],hip,hip,knee,knee,ankle,ankle,toe,toe", ",X,Y,X,Y,X,Y,X,Y"),
+        (",hip,,knee,,ankle,,toe,", "time,x,y,x,y,x,y,x,y", "s,mm,mm,mm,mm,mm,mm,mm,mm"),
+        ("sep=,", "t [s],hip,,knee,,ankle,,toe,", ",x,y,x,y,x,y,x,y"),
+    ],
+)
+def test_names_in_a_row_above_x_and_y(tmp_path: Path, rows: tuple[str, ...]) -> None:
+    numbers = table([], with_time(PLACES)).lstrip("\n")
+    found = imported(tmp_path / "a.csv", "\n".join([*rows, numbers]))
+    np.testing.assert_allclose(found.time, TIME, atol=1e-12)
+    np.testing.assert_allclose(np.degrees(found.angles), MEASURED, atol=1e-5)
+
+
 def test_dltdv_in_space_with_its_gaps(tmp_path: Path) -> None:
     # DLTdv8's xyzpts.csv: pt1_X, pt1_Y, pt1_Z, NaN where a point was not digitised, a row a frame
     space = np.stack([PLACES[..., 0], np.full(PLACES.shape[:2], 0.3), PLACES[..., 1]], axis=-1)
