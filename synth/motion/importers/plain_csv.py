@@ -1,9 +1,9 @@
 """Plain CSV from any logger: other column names, units in brackets or in the project, commas, semicolons or tabs.
 
-Comment lines before the header are skipped. Where numbers follow them directly, the last one is the header, as numpy's
-``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is recognised, so
-is one of x, y and z below points' names, and the first line ``sep=;`` by which a spreadsheet is told the separator. A column of dates or times of day is read in
-seconds.
+Comment lines before the header are skipped. Where numbers follow them directly, the last one is the header, as
+numpy's ``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is
+recognised, so is one of x, y and z below points' names, and the first line ``sep=;`` by which a spreadsheet is told
+the separator. A column of dates or times of day is read in seconds.
 """
 
 from __future__ import annotations
