@@ -137,12 +137,8 @@ def _others(project: ImportProject, error: UserError, *, bare: bool) -> list[Pro
 
 def _project(arguments: argparse.Namespace) -> ImportProject:
     """The named project, or one made from recordings and the options."""
-    from synth.files.import_project import (
-        CommandTopic,
-        ImportProject,
-        Mapping,
-        read_import_project,
-    )
+    from synth.files.import_mapping import CommandTopic, Mapping
+    from synth.files.import_project import ImportProject, read_import_project
     from synth.files.leg_file import read_leg
     from synth.parts.catalogs import Catalogue
     from synth.parts.resolver import resolver

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping as Dictionary
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import radians
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,6 +13,7 @@ from pydantic import Field
 
 from synth.errors import Problem, UserError
 from synth.files.column_units import column_factor
+from synth.files.import_mapping import DRIVEN, CommandTopic, InputColumn, JointColumn, Mapping
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching
@@ -28,77 +29,6 @@ Formats = Literal[
 ]  # fmt: skip
 Cuts = Literal["cut", "free", "keep"]
 Text = Annotated[str, Field(min_length=1, max_length=200)]
-DRIVEN = {"command": "rad", "voltage": "V", "current": "A", "torque": "N*m", "enabled": "1"}  # a drive's inputs
-
-
-@dataclass(frozen=True)
-class InputColumn:
-    """A column of a drive's input, and its unit if the file states none.
-
-    ``counts``, ``gear_ratio`` : of a command, as in ``JointColumn``; None: as the angle's.
-    """
-
-    column: str
-    unit: str | None = None
-    counts: int | None = None
-    gear_ratio: float | None = None
-
-
-@dataclass(frozen=True)
-class CommandTopic:
-    """A topic of a robot's log with commands; ``joints`` in the order of its numbers where these bear no names."""
-
-    topic: str
-    joints: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class JointColumn:
-    """The column of a joint's angle, and its convention.
-
-    ``zero`` : rad, the file's reading when this link points along its parent (the first: straight down); None and
-        ``sign`` None: as the leg's own. ``inputs`` : the columns of its drive, by the names in ``DRIVEN``.
-    ``counts`` : an encoder's raw counts in one of its turns; None: the column has a unit. ``gear_ratio`` : turns of the
-        encoder in one of the joint; ``zero`` is the joint's angle, behind the gear.
-    """
-
-    column: str
-    unit: str | None = None
-    zero: float | None = None
-    sign: int | None = None
-    inputs: dict[str, InputColumn] = field(default_factory=dict)
-    counts: int | None = None
-    gear_ratio: float = 1.0
-
-
-@dataclass(frozen=True)
-class Mapping:
-    """The conversion of a foreign file into a leg's angles; each format uses the options it needs.
-
-    ``time`` : the clock's column; ``time_unit`` : its unit. ``frame_rate`` : Hz, if the file has no clock.
-    ``joints`` : one column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : less likely
-    points count as missing. ``plane`` : axes of space to the right and up; ``fit`` and an axis: the best-fitting plane
-    with that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
-    ``roll`` : rad, counter-clockwise rotation of the picture as filmed, before ``mirror``. ``supply`` : the
-    column of the drives' supply;
-    ``commands`` : topics of commands in a robot's log. ``towards`` : of a fitted plane, the level direction (2,) on
-    whose side right is, in the two axes that are not up; it is found from all files of a project, not stated.
-    """
-
-    time: str | None = None
-    time_unit: str | None = None
-    frame_rate: float | None = None
-    joints: dict[str, JointColumn] = field(default_factory=dict)
-    points: tuple[str, ...] = ()
-    individual: str | None = None
-    likelihood: float | None = None
-    plane: tuple[str, str] | None = None
-    mirror: bool = False
-    roll: float = 0.0
-    topic: str | None = None
-    supply: InputColumn | None = None
-    commands: tuple[CommandTopic, ...] = ()
-    towards: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -159,6 +89,7 @@ class _Column:
     zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] | None = None
     zero_count: float | None = None
     sign: Literal[1, -1] | None = None
+    segment: bool = False
     command: Annotated[Any, Field(examples=["goal_position"])] = None
     voltage: Annotated[Any, Field(examples=["{column: motor_volts, unit: V}"])] = None
     current: Annotated[Any, Field(examples=["{column: motor_current, unit: mA}"])] = None
@@ -240,8 +171,8 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
         supply,
         commands,
     )
-    inputs = tuple(reader.inputs)
-    return ImportProject(file.name or leg.name, leg, files, file.format, mapping, file.release, inputs)
+    name = file.name or leg.name
+    return ImportProject(name, leg, files, file.format, mapping, file.release, tuple(reader.inputs))
 
 
 def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
@@ -249,17 +180,23 @@ def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
     found: dict[str, JointColumn] = {}
     for name, value in written.items() if isinstance(written, dict) else ():
         key = ("joints", str(name))
-        value = {"column": value} if isinstance(value, str) else value
-        column = reader.entry(_Column, key, value)
+        column = reader.entry(_Column, key, {"column": value} if isinstance(value, str) else value)
         if column is not None:
-            _check_unit(reader, column.unit, "rad", key, column.counts)
-            given = {word: _input(reader, (*key, word), getattr(column, word), unit) for word, unit in DRIVEN.items()}
-            inputs = {word: each for word, each in given.items() if each is not None}
-            found[str(name)] = JointColumn(
-                column.column, column.unit, _zero(reader, column, key), column.sign, inputs, column.counts,
-                column.gear_ratio,
-            )  # fmt: skip
+            found[str(name)] = _joint_column(reader, column, key)
     return found
+
+
+def _joint_column(reader: ProjectReader, column: _Column, key: tuple[str, ...]) -> JointColumn:
+    _check_unit(reader, column.unit, "rad", key, column.counts)
+    given = {word: _input(reader, (*key, word), getattr(column, word), unit) for word, unit in DRIVEN.items()}
+    inputs = {word: each for word, each in given.items() if each is not None}
+    if column.segment and column.zero is None and column.zero_count is None:
+        text = "a segment's angle needs its zero, the file's reading when this link hangs straight down: zero: 0 deg"
+        reader.refuse(text, (*key, "segment"))
+    zero = _zero(reader, column, key)
+    return JointColumn(
+        column.column, column.unit, zero, column.sign, inputs, column.counts, column.gear_ratio, column.segment
+    )
 
 
 def _zero(reader: ProjectReader, column: _Column, key: tuple[str, ...]) -> float | None:

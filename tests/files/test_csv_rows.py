@@ -69,7 +69,7 @@ def test_a_pipe_is_no_vendors_table(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_a_quoted_cell_over_two_lines_is_one_cell_of_a_loggers_table(tmp_path: Path) -> None:
-    from synth.files.import_project import Mapping
+    from synth.files.import_mapping import Mapping
     from synth.motion.importers.plain_csv import read_plain_csv
 
     file = tmp_path / "a.csv"

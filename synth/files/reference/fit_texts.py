@@ -137,6 +137,9 @@ KEYS: dict[str, str] = {
     "leg file.",
     "column.zero_count": "The same in raw counts, in the place of `zero`.",
     "column.sign": "+1 or -1, as in the leg file; default: the same.",
+    "column.segment": "The angle is that of the link itself in space (an inertial sensor's, an inclinometer's), not of "
+    "the joint. `zero` is then the reading when it hangs straight down, and must be given; `sign` +1, the default, "
+    "where the reading grows counter-clockwise.",
     "column.command": "The commanded angle's column: `NAME` or a mapping, of a joint with a servo.",
     "column.voltage": "The motor's voltage, of a joint with a drive of kind voltage.",
     "column.current": "The motor's current, of a joint with a drive of kind torque.",

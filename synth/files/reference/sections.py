@@ -12,6 +12,7 @@ from synth.files import (
     hopper_gap_project,
     hopper_recordings,
     hopper_sections,
+    import_mapping,
     import_project,
     leg_choices,
     leg_keys,
@@ -129,7 +130,7 @@ KINDS: dict[str, KeySection] = {
             "joints": KeySection(
                 "column",
                 import_project._Column,
-                dict.fromkeys(import_project.DRIVEN, _INPUT) | {"command": _COMMAND},
+                dict.fromkeys(import_mapping.DRIVEN, _INPUT) | {"command": _COMMAND},
                 "by name",
             ),
             "supply": _INPUT,

@@ -12,7 +12,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Markers, cut_off

@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.log_clock import LogClock, log_clock
 from synth.files.recordings_together import ANOTHER_UNIT, clock_fault, fitting_unit
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list, same_name

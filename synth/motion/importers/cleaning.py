@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,7 +58,7 @@ def clean_angles(
     leg: Leg,
     name: str,
     *,
-    arbitrary_turns: bool = False,
+    arbitrary_turns: Collection[str] = (),
     turns: Sequence[int] | None = None,
 ) -> CleanedAngles:
     """Continue over jumps by whole turns, and shift by whole turns to the leg file's convention.
@@ -67,7 +67,7 @@ def clean_angles(
     ----------
     time : (n,) s.
     angles : (n, n_joint) rad, measured angles.
-    arbitrary_turns : angles come from directions, whose whole turns are meaningless and not reported.
+    arbitrary_turns : joints whose angles come from directions: their whole turns are meaningless and not reported.
     turns : whole turns to shift each joint by; None: as this recording alone would have them.
 
     Raises
@@ -78,18 +78,18 @@ def clean_angles(
     result = angles.copy()
     found: list[JointTurns] = []
     for j, joint in enumerate(leg.joints):
-        known = np.isfinite(angles[:, j])
+        known, arbitrary = np.isfinite(angles[:, j]), joint.name in arbitrary_turns
         if known.sum() < SHORTEST:
             text = f"{known.sum()} of {len(time)} samples remain for the {joint.name}; at least {SHORTEST} are needed"
             raise UserError(Problem(text, name))
-        whole = Unwrapped(continued(angles[:, j]), 0, None) if arbitrary_turns else unwrapped(angles[:, j])
-        found.append(_turns_of(whole.angle[known], joint, free=arbitrary_turns or whole.jumps > 0))
+        whole = Unwrapped(continued(angles[:, j]), 0, None) if arbitrary else unwrapped(angles[:, j])
+        found.append(_turns_of(whole.angle[known], joint, free=arbitrary or whole.jumps > 0))
         shift = common_turns(joint, found[-1:])[0] if turns is None else turns[j]
         found[-1] = replace(found[-1], shift=shift)
         result[:, j] = whole.angle + shift * TURN
         if whole.jumps:
             notes.append(f"{joint.name}: {whole.jumps} jumps by a whole turn removed")
-        if shift and not arbitrary_turns:
+        if shift and not arbitrary:
             notes.append(f"{joint.name}: shifted by {shift * 360:+d} deg to the leg file's convention")
     return CleanedAngles(result, tuple(notes), tuple(found))
 

@@ -12,7 +12,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.drives.servo import TorqueDrive
 from synth.errors import Problem, UserError
-from synth.files.import_project import JointColumn, Mapping
+from synth.files.import_mapping import JointColumn, Mapping
 from synth.files.log_clock import LogClock
 from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.cleaning import SHORTEST, JointTurns, clean_angles, remarks
@@ -25,6 +25,7 @@ from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.importers.repeated_rows import without_repeated_rows
+from synth.motion.importers.segment_angles import measured_angles
 from synth.motion.limb_pace import pace_doubt
 from synth.motion.release import Release, find_release
 from synth.pace import own_paces
@@ -118,7 +119,8 @@ def import_file(
         source, clock, angles, notes = _angles(source, leg, mapping)
         source = _with_other_clocks(source, clock)
     time = clock.time
-    cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=tracked is not None, turns=turns)
+    directions = [joint for joint in leg.joint_names if tracked is not None or _column_of(joint, mapping).segment]
+    cleaned = clean_angles(time, angles, leg, name, arbitrary_turns=directions, turns=turns)
     notes += cleaned.notes
     moved = any(joint.drive not in (None, TorqueDrive()) for joint in leg.joints)
     _refuse_cut(cut, "the leg is driven" if moved else "", name)
@@ -238,7 +240,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
         clock = channel_clock(source, mapping, notes)
     except UserError as error:
         no_clock = list(error.problems)
-    wanted = [mapping.joints.get(joint.name) or JointColumn(joint.name) for joint in leg.joints]
+    wanted = [_column_of(joint, mapping) for joint in leg.joint_names]
     for joint, column in zip(leg.joints, wanted, strict=True):
         try:
             columns.append(_column(source, joint, column, notes))
@@ -249,11 +251,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
     used, clock = without_repeated_rows(source, clock, notes)
     source = _continued(used, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
-    for j, (joint, column) in enumerate(zip(leg.joints, wanted, strict=True)):
-        zero = joint.zero if column.zero is None else column.zero
-        sign = joint.sign if column.sign is None else column.sign
-        angles[:, j] = joint.zero + joint.sign * sign * (angles[:, j] - zero)
-    return used, clock, angles, [*clock.notes, *notes]
+    return used, clock, measured_angles(leg, wanted, angles), [*clock.notes, *notes]
 
 
 def _points_instead(source: Channels, leg: Leg, problems: list[Problem]) -> list[Problem]:
@@ -263,6 +261,11 @@ def _points_instead(source: Channels, leg: Leg, problems: list[Problem]) -> list
         return []
     text = f"its columns hold points ({name_list(points)}): if they are of the leg, name them, proximal to distal and "
     return [Problem(f"{text}then the tip: points: [{', '.join(leg.joint_names)}, tip] (--points)", source.name)]
+
+
+def _column_of(joint: str, mapping: Mapping) -> JointColumn:
+    """The column that the project names for a joint, else that of its own name."""
+    return mapping.joints.get(joint) or JointColumn(joint)
 
 
 def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:

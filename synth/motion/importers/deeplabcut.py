@@ -15,7 +15,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.foreign_data import Markers, name_list

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.drives.servo import Servo, TorqueDrive
 from synth.errors import Problem, UserError
-from synth.files.import_project import DRIVEN, InputColumn, JointColumn, Mapping
+from synth.files.import_mapping import DRIVEN, InputColumn, JointColumn, Mapping
 from synth.files.turns import TURN
 from synth.motion.importers.command_turns import TurnedAngle, same_turn
 from synth.motion.importers.foreign_data import Channels, ColumnProblem, name_list
@@ -158,12 +158,13 @@ def _convert_input(
 ) -> DriveInput:
     """An input with the sign of the measured angle and in the table's unit; ``own`` : the channels that contain it."""
     what, stated = f"{joint.name} {word}", column.inputs.get(word)
-    sense = joint.sign * (joint.sign if column.sign is None else column.sign)
+    zero, sign = column.of_joint(joint)
+    sense = joint.sign * sign
     if word == "command":
         commanded = of_command(own, k, column, stated)
         scale = angle_scale(own, k, commanded, what)
         value = without_overflow(own.values[:, k], commanded, what, notes) * scale
-        value = joint.zero + sense * (value - (joint.zero if column.zero is None else column.zero))
+        value = joint.zero + sense * (value - zero)
     else:
         value = own.values[:, k] * factor(_unit(own, k, stated, what, word), DRIVEN[word])
         value = value if word == "enabled" else sense * value

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.likelihood import without_unlikely

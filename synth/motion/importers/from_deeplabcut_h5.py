@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.deeplabcut import LEVELS, markers_of
 from synth.motion.importers.foreign_data import Markers

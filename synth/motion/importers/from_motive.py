@@ -13,7 +13,7 @@ import itertools
 from pathlib import Path
 
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.marker_tables import (
     Line,

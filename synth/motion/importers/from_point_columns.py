@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.channel_clock import channel_clock
 from synth.motion.importers.foreign_data import Channels, Markers, name_list
 from synth.motion.importers.likelihood import SCORES, without_unlikely

@@ -14,7 +14,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.foreign_data import MISSING, Markers, states_otherwise
 from synth.motion.importers.marker_tables import (
     Line,

@@ -21,7 +21,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.import_project import CommandTopic, Mapping
+from synth.files.import_mapping import CommandTopic, Mapping
 from synth.files.log_clock import LARGE
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.foreign_data import Markers, name_list
 from synth.motion.importers.registry import HDF5, hdf5_names, loader

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.marker_tables import Line, column_numbers, require_points, table_lines, table_text
 from synth.motion.importers.registry import loader, text_start

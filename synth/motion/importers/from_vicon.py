@@ -11,7 +11,7 @@ from pathlib import Path
 
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import separator_of
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.foreign_data import Markers, name_list
 from synth.motion.importers.marker_tables import (
     Line,

@@ -13,7 +13,8 @@ import numpy as np
 import synth
 from synth.drives.servo import TorqueDrive
 from synth.errors import UserError
-from synth.files.import_project import ForeignFile, ImportProject, Mapping
+from synth.files.import_mapping import Mapping
+from synth.files.import_project import ForeignFile, ImportProject
 from synth.files.leg_file import write_leg
 from synth.files.names import written_name
 from synth.files.output import place, write_csv, write_json, write_text

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import Channels, cut_off, states_otherwise
 from synth.motion.importers.registry import loader, text_start, utf8

@@ -8,7 +8,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.files.import_project import JointColumn, Mapping
+from synth.files.import_mapping import JointColumn, Mapping
 from synth.motion.importers.channel_clock import CLOCKS, FRAMES
 from synth.motion.importers.drive_inputs import DriveInput, channel_by_name
 from synth.motion.importers.foreign_data import Channels, other_side, same_name
@@ -36,6 +36,9 @@ def velocities(
         if place is None or place[0] is not source:
             continue
         k, what = place[1], f"{joint.name} velocity"
+        if column.segment:
+            notes.append(f"{what}: {source.names[k]} is left out: {column.column} is a segment's angle")
+            continue
         try:
             value = _velocity(source, k, joint, column)
         except UserError as error:
@@ -55,7 +58,7 @@ def _velocity(source: Channels, k: int, joint: Joint, column: JointColumn) -> Ar
     scale = speed_scale(source, k, column)
     if scale is None:
         raise UserError("the file does not state its unit")
-    sense = joint.sign * (joint.sign if column.sign is None else column.sign)
+    sense = joint.sign * column.of_joint(joint)[1]
     return np.asarray(sense * source.values[:, k] * scale)
 
 

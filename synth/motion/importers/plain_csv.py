@@ -19,7 +19,7 @@ import numpy as np
 from synth import units
 from synth.errors import Problem, UserError
 from synth.files.csv_rows import SEPARATORS, csv_rows, pointed
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
 from synth.motion.importers.foreign_data import MISSING, Channels

@@ -14,7 +14,7 @@ import numpy as np
 
 from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.log_clock import LogClock, log_clock
 from synth.motion.importers.foreign_data import Markers, name_list, other_side
 from synth.motion.importers.limb_sides import exchanged_limb

@@ -9,7 +9,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.column_units import how_counts_are_written
-from synth.files.import_project import InputColumn, JointColumn
+from synth.files.import_mapping import InputColumn, JointColumn
 from synth.files.turns import TURN
 from synth.motion.importers.foreign_data import Channels
 from synth.units import factor

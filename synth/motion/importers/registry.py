@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from synth.errors import Problem, UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.paths import size_of_regular
 from synth.motion.importers.foreign_data import Source
 

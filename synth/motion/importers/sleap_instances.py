@@ -9,7 +9,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.csv_table import ROW_LIMIT
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.validate import near
 from synth.motion.importers.foreign_data import Markers, name_list
 from synth.motion.importers.likelihood import without_unlikely

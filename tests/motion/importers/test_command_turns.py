@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.files.leg_file import read_leg
 from synth.motion.importers.convert import ImportedRecording, import_file
 

@@ -22,7 +22,7 @@ from motion.importers import (
 )
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, points
 from synth.errors import UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.convert import import_file
 
 WORDS = (b"nan", b"inf", b"1e400", b",,", b"\t", b"\n", b'"', b"-1")

@@ -12,7 +12,7 @@ import scipy.io
 
 from synth.cli import main
 from synth.errors import UserError
-from synth.files.import_project import JointColumn, Mapping
+from synth.files.import_mapping import JointColumn, Mapping
 from synth.files.leg_file import read_leg
 from synth.files.log_clock import log_clock
 from synth.files.recording import Recorded, read_recording

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
 from synth.errors import UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
 
 Array = NDArray[np.float64]

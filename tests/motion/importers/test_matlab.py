@@ -13,7 +13,7 @@ from scipy.io import savemat
 from motion.importers.simulated_leg import angles, leg
 from synth.drives.servo import Servo
 from synth.errors import UserError
-from synth.files.import_project import InputColumn, JointColumn, Mapping
+from synth.files.import_mapping import InputColumn, JointColumn, Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
 
 Array = NDArray[np.float64]

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from motion.importers.simulated_leg import NAMES, PARTS, RATE, angles, leg, pixels, points
 from synth.cli import main
 from synth.errors import UserError
-from synth.files.import_project import Formats, Mapping, bag_file
+from synth.files.import_mapping import Mapping
+from synth.files.import_project import Formats, bag_file
 from synth.files.leg_file import write_leg
 from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.plain_pickle import plain_values

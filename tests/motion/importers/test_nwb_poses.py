@@ -10,7 +10,7 @@ import pytest
 
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, pixels, points
 from synth.errors import UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.convert import import_file
 
 TIME, MEASURED = angles()

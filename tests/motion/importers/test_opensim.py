@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motion.importers.simulated_leg import leg
 from synth.errors import UserError
-from synth.files.import_project import JointColumn, Mapping
+from synth.files.import_mapping import JointColumn, Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.foreign_data import states_otherwise
 

@@ -11,7 +11,8 @@ import pytest
 
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
 from synth.arrays import Array
-from synth.files.import_project import ForeignFile, ImportProject, Mapping
+from synth.files.import_mapping import Mapping
+from synth.files.import_project import ForeignFile, ImportProject
 from synth.motion.importers import convert
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.import_result import read_files

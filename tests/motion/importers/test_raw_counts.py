@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from synth.cli import main
 from synth.errors import UserError
-from synth.files.import_project import JointColumn, read_import_project
+from synth.files.import_mapping import JointColumn
+from synth.files.import_project import read_import_project
 from synth.files.leg_file import read_leg
 from synth.files.recording import Recorded, read_recording
 from synth.motion.importers.import_result import read_files

@@ -9,7 +9,7 @@ import pytest
 
 from motion.importers.simulated_leg import PARTS, RATE, angles, leg, points
 from synth.arrays import Array
-from synth.files.import_project import JointColumn, Mapping
+from synth.files.import_mapping import JointColumn, Mapping
 from synth.motion.importers.convert import import_file
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.limb_sides import LimbExchange, exchanged_limb

@@ -11,7 +11,7 @@ import pytest
 
 from motion.importers.simulated_leg import angles, leg
 from synth.errors import UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
 from synth.motion.importers.text_clock import text_clock
 

@@ -13,7 +13,7 @@ import pytest
 
 from synth.errors import UserError
 from synth.files.csv_table import ROW_LIMIT
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.c3d import read_c3d
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.from_nwb import read_nwb

@@ -9,7 +9,7 @@ import pytest
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.files.import_project import Mapping
+from synth.files.import_mapping import Mapping
 from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.from_trc import read_trc
 from synth.motion.importers.points import _clock

@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from fit.simulated_legs import robot
-from synth.files.import_project import ForeignFile, ImportProject, Mapping
+from synth.files.import_mapping import Mapping
+from synth.files.import_project import ForeignFile, ImportProject
 from synth.files.recording import read_recording
 from synth.motion.importers.convert import import_file
 from synth.motion.importers.import_result import read_files
