@@ -37,8 +37,8 @@ class JumpOutcome:
     rise : greatest rise of the centre of mass over the crouch, m (the total height).
     takeoff_time, takeoff_speed : s, and of the centre of mass, m/s, when the foot leaves the ground for its greatest
     height: a slow leg may lift it, come down while it still pushes, and lift it again.
-    peak_gear_torque : largest torque of one gear on its link until the foot first lifts, N m; peak_current : of both
-    motors, A, likewise.
+    peak_gear_torque : largest torque of one gear on its link until takeoff, N m; peak_current : of both motors, A,
+    likewise.
     energy : electrical, both motors, to takeoff, J.
     limit : why there is no jump; empty if there is one. All numbers are 0 if it is too stiff, and none is ``known``.
     """

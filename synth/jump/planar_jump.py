@@ -137,7 +137,8 @@ def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, ma
     if status == TOO_STIFF:
         return too_stiff()
     size = 2 * n + 3
-    push, last = _rows_of_push(aside), _takeoff_row(aside)
+    last = _takeoff_row(aside)
+    push = slice(0, last + 1)
     after = min(last + 1, len(aside) - 1)
     low, high = aside[last, 3], aside[after, 3]
     share = -low / (high - low) if low <= 0.0 < high else 0.0  # of the step, to the foot's passage through the ground

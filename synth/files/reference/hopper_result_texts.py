@@ -11,8 +11,8 @@ _JUMP = {
     "takeoff_speed": "Of the centre of mass.",
     "takeoff_time": "From the command to takeoff, the last one before the foot's greatest height.",
     "energy": "Electrical, up to takeoff.",
-    "peak_gear_torque": "Greatest torque through one gear in the push, until the foot has lifted.",
-    "peak_current": "Greatest current.",
+    "peak_gear_torque": "Greatest torque through one gear in the push, until takeoff.",
+    "peak_current": "Greatest current of both motors, until takeoff.",
     "limit": "Reason for the jump's end, or the limit that it exceeds.",
 }
 _WHERE = {"motor": "Catalogue part.", "gear_ratio": "Of the gear.", "leg_length": "Length of the links."}
