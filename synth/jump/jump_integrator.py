@@ -145,6 +145,8 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     lift, on_ground = np.zeros((4, LANES)), np.zeros(LANES, dtype=np.bool_)
     # Of each lane the peaks of torque and current since the foot first lifted: until now, and until its last contact.
     since, until = np.zeros((2, LANES)), np.zeros((2, LANES))
+    # Of each lane the greatest rise until now, and whether it is in the flight to or after the foot's greatest height.
+    risen, aloft = np.zeros(LANES), np.zeros(LANES, dtype=np.bool_)
     x, begun, _, A, error_sum = views(S, n)
     n_angle = (n - 3) // 2
     for lane in range(LANES):
@@ -197,7 +199,10 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                 which = 0 if pushing else 1
                 foot_before[lane] = at
                 outcome[CLEARANCE, lane] = max(highest, at)
-                outcome[APEX, lane] = max(outcome[APEX, lane], Z[com, lane] - outcome[START_COM, lane])
+                risen[lane] = max(risen[lane], Z[com, lane] - outcome[START_COM, lane])
+                aloft[lane] = pushing or at > highest or (aloft[lane] and at > 0.0)
+                if aloft[lane]:  # a leg that landed may still stand up higher than it jumped
+                    outcome[APEX, lane] = risen[lane]
                 outcome[LEAST_SPREAD, lane] = min(outcome[LEAST_SPREAD, lane], -Z[bend, lane])
                 outcome[PEAK_NORMAL, lane] = max(outcome[PEAK_NORMAL, lane], Z[normal, lane])
                 if at <= 0.0 or before <= 0.0:  # to the foot's passage through the ground, within a step

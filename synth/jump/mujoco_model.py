@@ -33,6 +33,7 @@ from synth.jump.outcomes import (
     TOO_STIFF,
     TOO_WEAK,
     JumpOutcome,
+    rise_of_jump,
 )  # fmt: skip
 
 Ground = Literal["same", "own"]
@@ -181,14 +182,14 @@ class _WatchedJump:
     takeoff: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     contact: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def outcome(self, status: int | None, step: float) -> JumpOutcome:
-        """Outcome of a jump that ended so."""
+    def outcome(self, status: int | None, step: float, touching: float) -> JumpOutcome:
+        """Outcome of a jump that ended so; the foot touches the ground at the height ``touching`` (m) or below."""
         trace = np.array(self.rows)
         rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
         status = CROSSED if status == LANDED_AGAIN and self.crossed else status
         return JumpOutcome(
             clearance=self.highest if status == LANDED_AGAIN else 0.0,
-            rise=float(rise.max()),
+            rise=rise_of_jump(rise, trace[:, 3], touching),
             takeoff_time=self.takeoff[0],
             takeoff_speed=self.takeoff[1],
             peak_gear_torque=self.takeoff[3],
@@ -247,7 +248,7 @@ def mujoco_jump(
             status = _end_reason(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)
             if status is None:
                 mujoco.mj_step(model_, data)
-    return MujocoJump(seen.outcome(status, step), seen.gap, np.array(seen.rows))
+    return MujocoJump(seen.outcome(status, step, touching), seen.gap, np.array(seen.rows))
 
 
 def _end_reason(mujoco: Any, data: Any, seen: _WatchedJump, step: float, foot_v: float) -> int | None:

@@ -330,3 +330,25 @@ def test_the_push_of_a_leg_that_lifts_its_foot_twice_ends_at_takeoff(
     other = planar_jump(leg, own, GROUND, MODELS[model]).outcome
     assert outcome.peak_gear_torque == pytest.approx(other.peak_gear_torque, rel=0.02)
     assert outcome.peak_current == pytest.approx(other.peak_current, rel=1e-3)
+
+
+def test_a_leg_that_hops_and_then_stands_up_has_the_height_of_its_hop() -> None:
+    """Its foot rises by 2 mm, its centre of mass by 26 mm; standing, 0.9 s later, it is 98 mm above the crouch."""
+    leg, own = HopperLeg().with_length(0.2), motor_of(catalogue().find_motor("25D LP 6V 498.87:1"))
+    jumper, design = compiled_jump("upper"), lane(leg, own, GROUND, MODELS["full"])
+    found = jumper.run(design[:, None])[:, 0]
+    trace, layout = jumper.trace(design, 1e-5), jumper.layout
+    risen = trace[:, 1 + layout.row("com")] - trace[0, 1 + layout.row("com")]
+    assert risen.max() == pytest.approx(0.098, abs=1e-3)
+    assert found[outcomes.APEX] == pytest.approx(0.0262, abs=3e-4)
+    hop = found[outcomes.TAKEOFF_HEIGHT] - found[outcomes.START_COM] + found[outcomes.TAKEOFF_SPEED] ** 2 / (2.0 * 9.81)
+    assert found[outcomes.APEX] == pytest.approx(hop, abs=1e-3)  # while its links swing in the flight
+    other = planar_jump(leg, own, GROUND, MODELS["full"]).outcome
+    assert found[outcomes.APEX] == pytest.approx(other.rise, abs=3e-4)
+
+
+def test_the_rise_of_a_jump_ends_with_its_landing() -> None:
+    foot = np.array([-1e-5, 5e-4, -1e-5, 2e-3, 4e-3, 1e-3, -1e-5, 2e-3, -1e-5])
+    rise = np.array([0.0, 1.0, 1.2, 2.0, 3.0, 2.5, 2.2, 4.0, 5.0])
+    assert outcomes.rise_of_jump(rise, foot, 0.0) == 3.0
+    assert outcomes.rise_of_jump(rise, 0.1 * foot, 0.0) == 5.0  # it does not lift
