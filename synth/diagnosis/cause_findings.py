@@ -114,7 +114,7 @@ def find_causes(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F
     say("reduction of the gap")
     weighed = plant.with_direct_causes(weighed)
     judged, stages, moved = _judge_on_scored(plant, before, found, weighed)
-    helpful = without_what_helps_not(judged, found.none, stages.errors, plant.calibration)
+    helpful = without_what_helps_not(judged, found.none, stages.errors, plant)
     worse = plant.worse(stages.errors, moved, _words_of_left_out(plant, judged, helpful))
     if helpful.verdict != judged.verdict:  # what was doubted is not said
         weighed, doubts = helpful, ()

@@ -15,22 +15,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 from synth.diagnosis.hypotheses import Assessment
-from synth.diagnosis.plant import F
+from synth.diagnosis.plant import F, Plant, S, T
 from synth.diagnosis.prediction_error import AT_NOISE, LEAST_GAP, PredictionErrors, label_of_causes
-from synth.diagnosis.verdict import Calibration, Judgement
+from synth.diagnosis.verdict import Judgement
 
 SURE_OF_CAUSE = 0.8  # probability from which the page calls a cause identified
 
 
 def without_what_helps_not(
-    judged: Judgement[F], none: Assessment[F], errors: PredictionErrors, calibration: Calibration
+    judged: Judgement[F], none: Assessment[F], errors: PredictionErrors, plant: Plant[F, T, S]
 ) -> Judgement[F]:
     """The verdict without causes, or a nearest explanation, that reduce no error; arguments as below."""
-    return without_nearest_of_no_help(without_causes_of_no_help(judged, none, errors, calibration), none, errors)
+    return without_nearest_of_no_help(without_causes_of_no_help(judged, none, errors, plant), none, errors)
 
 
 def without_causes_of_no_help(
-    judged: Judgement[F], none: Assessment[F], errors: PredictionErrors, calibration: Calibration
+    judged: Judgement[F], none: Assessment[F], errors: PredictionErrors, plant: Plant[F, T, S]
 ) -> Judgement[F]:
     """The verdict; ``none`` in the place of causes that reduce the error neither of scored trials nor of fitted ones.
 
@@ -45,7 +45,7 @@ def without_causes_of_no_help(
         return judged
     if errors.figure("before").value > AT_NOISE * errors.floor.value:
         return judged
-    if any(_helps_on_scored(item, errors) or _helps_on_fitted(item, none, calibration) for item in named):
+    if any(_helps_on_scored(item, errors) or _helps_on_fitted(item, none, plant) for item in named):
         return judged
     return replace(judged, verdict="none", accepted=none, tied=())
 
@@ -64,7 +64,7 @@ def _helps_on_scored(item: Assessment[F], errors: PredictionErrors) -> bool:
     return float((errors.squares["before"] - after).sum()) > LEAST_GAP * float(errors.noise.sum())
 
 
-def _helps_on_fitted(item: Assessment[F], none: Assessment[F], calibration: Calibration) -> bool:
+def _helps_on_fitted(item: Assessment[F], none: Assessment[F], plant: Plant[F, T, S]) -> bool:
     """Whether the log-likelihood of the readings alone rises by more than the price of the cause's numbers."""
-    misfits = [each.cost - 0.5 * float(each.fit.unknowns @ each.fit.unknowns) for each in (none, item)]
-    return misfits[0] - misfits[1] > calibration.per_parameter * item.n_unknown
+    misfits = [each.cost - plant.prior_cost(each.fit) for each in (none, item)]
+    return misfits[0] - misfits[1] > plant.calibration.per_parameter * item.n_unknown

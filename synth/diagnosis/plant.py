@@ -119,6 +119,10 @@ class Plant(ABC, Generic[F, T, S]):
     def normal(self, fit: F) -> ReducedNormal:
         """Normal equations at a fit."""
 
+    def prior_cost(self, fit: F) -> float:
+        """What a fit's unknowns add to its cost; here they are standard normal."""
+        return 0.5 * float(fit.unknowns @ fit.unknowns)
+
     def covariance(self, fit: F) -> Array:
         """(p, p) covariance of the errors of a fit's unknowns, of residuals as large as those that it leaves."""
         return self.normal(fit).covariance(self.remainder(fit) ** 2)

@@ -138,10 +138,15 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     foot_before = np.empty(LANES)
     # State and derivative at the ends of the last two steps, and the gear torque at the earlier two of these.
     recent, torques = np.empty((3, 2, n, LANES)), np.empty((2, LANES))
-    # Of each lane the step in which the torque of its push seems greatest: ends, length and share, and that torque.
-    ends, span, greatest = np.zeros((2, 2, n, LANES)), np.zeros((2, LANES)), np.zeros(LANES)
+    # Of each lane the step in which the torque of its push seems greatest: ends, length and share, and that torque;
+    # first until the foot first lifts, and of later contacts before takeoff, then of contacts that do not count yet.
+    ends, span, greatest = np.zeros((2, 2, 2, n, LANES)), np.zeros((2, 2, LANES)), np.zeros((2, LANES))
     # Of each lane's last contact: time, speed and height of the centre of mass, energy; whether it has not counted yet.
     lift, on_ground = np.zeros((4, LANES)), np.zeros(LANES, dtype=np.bool_)
+    # Of each lane the peaks of torque and current since the foot first lifted: until now, and until its last contact.
+    since, until = np.zeros((2, LANES)), np.zeros((2, LANES))
+    # Of each lane the greatest rise until now, and whether it is in the flight to or after the foot's greatest height.
+    risen, aloft = np.zeros(LANES), np.zeros(LANES, dtype=np.bool_)
     x, begun, _, A, error_sum = views(S, n)
     n_angle = (n - 3) // 2
     for lane in range(LANES):
@@ -165,7 +170,6 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
     steps = 0
     traced = 0
     running = LANES
-    any_pushes = True
     if len(trace) > 0:
         trace[0, 0] = 0.0
         for c in range(n_row):
@@ -181,22 +185,24 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
         if error <= 1.0:
             t += h
             take(F, S, n, d)
-            if any_pushes:
-                any_pushes = False
-                oldest, before_last, newest = before_last, newest, oldest
-                for j in range(n):
-                    for lane in range(LANES):
-                        recent[newest, 0, j, lane] = x[j, lane]
-                        recent[newest, 1, j, lane] = begun[j, lane]
+            oldest, before_last, newest = before_last, newest, oldest
+            for j in range(n):
+                for lane in range(LANES):
+                    recent[newest, 0, j, lane] = x[j, lane]
+                    recent[newest, 1, j, lane] = begun[j, lane]
             for lane in range(LANES):
                 if Z[alive, lane] == 0.0:
                     continue
                 at, speed = Z[foot, lane], Z[com_speed, lane]
                 before, highest = foot_before[lane], outcome[CLEARANCE, lane]
                 pushing = highest < LIFTED
+                which = 0 if pushing else 1
                 foot_before[lane] = at
                 outcome[CLEARANCE, lane] = max(highest, at)
-                outcome[APEX, lane] = max(outcome[APEX, lane], Z[com, lane] - outcome[START_COM, lane])
+                risen[lane] = max(risen[lane], Z[com, lane] - outcome[START_COM, lane])
+                aloft[lane] = pushing or at > highest or (aloft[lane] and at > 0.0)
+                if aloft[lane]:  # a leg that landed may still stand up higher than it jumped
+                    outcome[APEX, lane] = risen[lane]
                 outcome[LEAST_SPREAD, lane] = min(outcome[LEAST_SPREAD, lane], -Z[bend, lane])
                 outcome[PEAK_NORMAL, lane] = max(outcome[PEAK_NORMAL, lane], Z[normal, lane])
                 if at <= 0.0 or before <= 0.0:  # to the foot's passage through the ground, within a step
@@ -204,28 +210,36 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                     lift[0, lane], on_ground[lane] = t - (1.0 - share) * h, True
                     for k, now in ((1, speed), (2, Z[com, lane]), (3, x[energy, lane])):
                         lift[k, lane] += share * (now - lift[k, lane])
-                    if pushing and share < 1.0:
+                    if share < 1.0:
                         left = abs(torques[1, lane] + share * (Z[gear, lane] - torques[1, lane]))
-                        if left > greatest[lane]:
-                            greatest[lane] = left
-                            keep(ends, lane, recent[before_last], recent[newest], span, h, share)
+                        if left > greatest[which, lane]:
+                            greatest[which, lane] = left
+                            keep(ends[which], lane, recent[before_last], recent[newest], span[which], h, share)
+                if not pushing:
+                    since[0, lane] = max(since[0, lane], abs(Z[gear, lane]))
+                    since[1, lane] = max(since[1, lane], abs(Z[drawn, lane]))
+                    if at <= 0.0:
+                        until[0, lane], until[1, lane] = since[0, lane], since[1, lane]
                 if on_ground[lane] and (pushing or at > highest):  # of contacts, the last before the greatest height
                     on_ground[lane] = False
+                    for k, c in ((0, PEAK_GEAR_TORQUE), (1, PEAK_CURRENT)):
+                        outcome[c, lane] = max(outcome[c, lane], until[k, lane])
+                    if not pushing and greatest[1, lane] > greatest[0, lane]:
+                        greatest[0, lane] = greatest[1, lane]
+                        keep(ends[0], lane, ends[1, 0], ends[1, 1], span[0], span[1, 0, lane], span[1, 1, lane])
                     for k, c in ((0, TAKEOFF_TIME), (1, TAKEOFF_SPEED), (2, TAKEOFF_HEIGHT), (3, ENERGY)):
                         outcome[c, lane] = lift[k, lane]
-                if pushing:
-                    any_pushes = True
-                    first, middle, now = torques[0, lane], torques[1, lane], Z[gear, lane]
-                    torques[0, lane], torques[1, lane] = middle, now
-                    if before <= 0.0 and abs(middle) >= abs(first) and abs(middle) >= abs(now):
-                        top, ahead = crest(first, middle, now, last_h, h)
-                        if top > greatest[lane]:
-                            greatest[lane] = top
-                            if ahead < 0.0:
-                                keep(ends, lane, recent[oldest], recent[before_last], span, last_h, 1.0)
-                            else:
-                                keep(ends, lane, recent[before_last], recent[newest], span, h, 1.0)
-                if at <= 0.0 and pushing:  # until the foot first lifts
+                first, middle, now = torques[0, lane], torques[1, lane], Z[gear, lane]
+                torques[0, lane], torques[1, lane] = middle, now
+                if before <= 0.0 and abs(middle) >= abs(first) and abs(middle) >= abs(now):
+                    top, ahead = crest(first, middle, now, last_h, h)
+                    if top > greatest[which, lane]:
+                        greatest[which, lane] = top
+                        if ahead < 0.0:
+                            keep(ends[which], lane, recent[oldest], recent[before_last], span[which], last_h, 1.0)
+                        else:
+                            keep(ends[which], lane, recent[before_last], recent[newest], span[which], h, 1.0)
+                if at <= 0.0 and pushing:  # until the foot first lifts; after that ``until``
                     outcome[PEAK_GEAR_TORQUE, lane] = max(outcome[PEAK_GEAR_TORQUE, lane], abs(Z[gear, lane]))
                     outcome[PEAK_CURRENT, lane] = max(outcome[PEAK_CURRENT, lane], abs(Z[drawn, lane]))
                 ended = RUNNING
@@ -277,6 +291,6 @@ def jump(rhs, Z, where, duration, longest, tolerance, first_step, max_steps, fal
                     outcome[STATUS, lane] = TOO_STIFF
                     outcome[END_TIME, lane] = t
             break
-    peaks_within(rhs, Z, ends, span, gear, outcome[PEAK_GEAR_TORQUE])
+    peaks_within(rhs, Z, ends[0], span[0], gear, outcome[PEAK_GEAR_TORQUE])
     where[13] = traced
     return steps

@@ -33,6 +33,7 @@ from synth.jump.outcomes import (
     TOO_STIFF,
     TOO_WEAK,
     JumpOutcome,
+    rise_of_jump,
 )  # fmt: skip
 
 Ground = Literal["same", "own"]
@@ -167,30 +168,32 @@ class Drop:
 
 @dataclass
 class _WatchedJump:
-    """Data collected during MuJoCo's simulation; ``takeoff`` and last ``contact``: time s, speed m/s and energy J."""
+    """Data collected during MuJoCo's simulation.
+
+    ``takeoff`` and last ``contact`` : time s, speed m/s, energy J, and until then ``peaks``, torque N m and current A.
+    """
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     gap: float = 0.0
-    torque: float = 0.0
-    current: float = 0.0
+    peaks: tuple[float, float] = (0.0, 0.0)
     energy: float = 0.0
     highest: float = 0.0
     crossed: bool = False
-    takeoff: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    contact: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    takeoff: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    contact: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def outcome(self, status: int | None, step: float) -> JumpOutcome:
-        """Outcome of a jump that ended so."""
+    def outcome(self, status: int | None, step: float, touching: float) -> JumpOutcome:
+        """Outcome of a jump that ended so; the foot touches the ground at the height ``touching`` (m) or below."""
         trace = np.array(self.rows)
         rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
         status = CROSSED if status == LANDED_AGAIN and self.crossed else status
         return JumpOutcome(
             clearance=self.highest if status == LANDED_AGAIN else 0.0,
-            rise=float(rise.max()),
+            rise=rise_of_jump(rise, trace[:, 3], touching),
             takeoff_time=self.takeoff[0],
             takeoff_speed=self.takeoff[1],
-            peak_gear_torque=self.torque,
-            peak_current=self.current,
+            peak_gear_torque=self.takeoff[3],
+            peak_current=self.takeoff[4],
             energy=self.takeoff[2],
             peak_normal=float(trace[:, 5].max()),
             limit=LIMITS[TOO_WEAK if status is None else status],
@@ -233,11 +236,10 @@ def mujoco_jump(
             omega = -float(data.qvel[1])
             drawn = 2 * (motor.stall_current - fall * omega) if drop is None else 0.0
             seen.energy += motor.voltage * drawn * step
+            if foot <= touching or seen.highest >= LIFTED:  # not of the first lift, below that height
+                seen.peaks = (max(seen.peaks[0], abs(stall - slope * omega)), max(seen.peaks[1], abs(drawn)))
             if foot <= touching:
-                seen.contact = (float(data.time), speed, seen.energy)
-                if seen.highest < LIFTED:
-                    seen.torque = max(seen.torque, abs(stall - slope * omega))
-                    seen.current = max(seen.current, abs(drawn))
+                seen.contact = (float(data.time), speed, seen.energy, *seen.peaks)
             if foot > seen.highest or seen.highest < LIFTED:  # as in the lanes
                 seen.takeoff = seen.contact
             seen.highest = max(seen.highest, foot)
@@ -246,7 +248,7 @@ def mujoco_jump(
             status = _end_reason(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)
             if status is None:
                 mujoco.mj_step(model_, data)
-    return MujocoJump(seen.outcome(status, step), seen.gap, np.array(seen.rows))
+    return MujocoJump(seen.outcome(status, step, touching), seen.gap, np.array(seen.rows))
 
 
 def _end_reason(mujoco: Any, data: Any, seen: _WatchedJump, step: float, foot_v: float) -> int | None:

@@ -34,11 +34,12 @@ class JumpOutcome:
     """The outcome of a jump.
 
     clearance : the foot's greatest height, m; 0 if it does not lift.
-    rise : greatest rise of the centre of mass over the crouch, m (the total height).
+    rise : greatest rise of the centre of mass over the crouch, m (the total height), until the foot lands from its
+    greatest height: a slow leg may hop by a millimetre and then stand up.
     takeoff_time, takeoff_speed : s, and of the centre of mass, m/s, when the foot leaves the ground for its greatest
     height: a slow leg may lift it, come down while it still pushes, and lift it again.
-    peak_gear_torque : largest torque of one gear on its link until the foot first lifts, N m; peak_current : of both
-    motors, A, likewise.
+    peak_gear_torque : largest torque of one gear on its link until takeoff, N m; peak_current : of both motors, A,
+    likewise.
     energy : electrical, both motors, to takeoff, J.
     limit : why there is no jump; empty if there is one. All numbers are 0 if it is too stiff, and none is ``known``.
     """
@@ -90,6 +91,17 @@ def outcome_of(column: Array) -> JumpOutcome:
 def too_stiff() -> JumpOutcome:
     """The outcome of a jump that ended for the step, whatever it had reached by then."""
     return JumpOutcome(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, LIMITS[TOO_STIFF])
+
+
+def rise_of_jump(rise: Array, foot: Array, touching: float) -> float:
+    """m, the greatest rise until the landing after the foot's greatest height; of all times if it does not lift.
+
+    ``rise`` of the centre of mass and height of the ``foot`` (n_time,) m; the foot lands at the height ``touching``.
+    """
+    top = int(np.argmax(foot))
+    down = np.flatnonzero(foot[top:] <= touching)
+    end = top + int(down[0]) if foot[top] > LIFTED and len(down) else len(foot)
+    return float(rise[:end].max())
 
 
 def heights(found: Array, row: int = CLEARANCE) -> Array:

@@ -14,7 +14,7 @@ from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
 from synth.jump.jump_runs import DURATION, FALL, FIRST_STEP, MAX_STEPS, NO_END, TOLERANCE
 from synth.jump.jump_step import CURRENT_WEIGHT, RATE_WEIGHT
-from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, TOO_STIFF, JumpOutcome, too_stiff
+from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, TOO_STIFF, JumpOutcome, rise_of_jump, too_stiff
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
 
@@ -137,7 +137,8 @@ def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, ma
     if status == TOO_STIFF:
         return too_stiff()
     size = 2 * n + 3
-    push, last = _rows_of_push(aside), _takeoff_row(aside)
+    last = _takeoff_row(aside)
+    push = slice(0, last + 1)
     after = min(last + 1, len(aside) - 1)
     low, high = aside[last, 3], aside[after, 3]
     share = -low / (high - low) if low <= 0.0 < high else 0.0  # of the step, to the foot's passage through the ground
@@ -145,7 +146,7 @@ def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, ma
     rise = np.concatenate([[0.0], np.cumsum(np.diff(trace[:, 0]) * 0.5 * (np.array(speeds[1:]) + speeds[:-1]))])
     return JumpOutcome(
         clearance=float(aside[:, 3].max()) if status == LANDED_AGAIN else 0.0,
-        rise=float(rise.max()),
+        rise=rise_of_jump(rise, aside[:, 3], 0.0),
         takeoff_time=float(trace[last, 0] + share * (trace[after, 0] - trace[last, 0])),
         takeoff_speed=float(speeds[last] + share * (speeds[after] - speeds[last])),
         peak_gear_torque=float(np.abs(aside[push, 5:7]).max()),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import Field, dataclass
 from difflib import get_close_matches
@@ -13,8 +14,9 @@ from synth.files.csv_rows import csv_rows, other_separator
 from synth.files.paths import read_bytes
 from synth.parts.catalog_cells import currency_of, number_cell, scale_of, text_cell
 from synth.parts.catalogue_row import CatalogueRow, declared_state
-from synth.parts.headers import standard
+from synth.parts.headers import NAMES, quantity_unit, standard
 from synth.parts.rows import FAMILIES
+from synth.units import factor
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
 MAX_PROBLEMS = 50  # a file of the wrong kind would give one per cell
@@ -149,20 +151,20 @@ def _columns(
 ) -> tuple[list[_TableColumn], list[Problem]]:
     """Match headers with fields; ``written``: as they stand in the file.
 
-    An unknown column is ignored, unless it looks like a typing mistake.
+    An unknown column of words is ignored, unless it looks like a typing mistake; one of a quantity is refused, because
+    its numbers would not count: ``armature_inertia`` beside which the inertia is estimated.
     """
     known = {item.name: item for item in row_type.columns()}
+    given = {_name_in_header(title) for title in titles}
     columns: list[_TableColumn] = []
     problems: list[Problem] = []
     seen: set[str] = set()
     for index, title in enumerate(titles):
         bare = _name_in_header(title)
         if bare not in known:
-            near = get_close_matches(bare, [key for key in known if key not in seen], n=1, cutoff=0.8)
-            if near and not any(_name_in_header(other) == near[0] for other in titles):
-                problems.append(
-                    Problem(f'there is no column "{bare}"; did you mean "{near[0]}"?', file=name, line=1, key=title)
-                )
+            absent = [item for key, item in known.items() if key not in given]
+            if text := _unknown_column(written[index], absent, row_type):
+                problems.append(Problem(text, file=name, line=1, key=written[index].strip()))
             continue
         if bare in seen:
             problems.append(Problem(f'the column "{bare}" is given twice', file=name, line=1, key=title))
@@ -175,6 +177,45 @@ def _columns(
             continue
         columns.append(_TableColumn(index, written[index], known[bare], scale, currency))
     return columns, problems
+
+
+def _unknown_column(title: str, absent: list[Field[Any]], row_type: type[CatalogueRow]) -> str:
+    """Why a column that the family does not have is refused; empty if it may be ignored, as another word for one that
+    the file has may. ``title`` as written; ``absent``: the family's columns that the file does not have.
+    """
+    unit, bare = quantity_unit(title), _bare_name(title)
+    names = [item.name for item in absent]
+    meant = NAMES.get(bare)
+    if meant not in (None, *names) and meant in {item.name for item in row_type.columns()}:
+        return ""
+    near = get_close_matches(bare, names, n=1, cutoff=0.8) or [
+        name for name in names if sorted(name.split("_")) == sorted(bare.split("_"))
+    ]
+    if near:
+        return f'there is no column "{bare}"; did you mean "{near[0]}"?'
+    if not unit:
+        return ""
+    family = row_type.family.replace("_", " ")
+    text = f'{family} have no column "{bare}", so its numbers would not count; '
+    alike = [f"{item.name} [{item.metadata['shown']}]" for item in absent if _of_kind(unit, item)]
+    rename = f"rename it to what is meant ({', '.join(alike)}), or " if alike else ""
+    return f"{text}{rename}take the column out, or only its unit to keep the numbers as words"
+
+
+def _bare_name(title: str) -> str:
+    """The name in an unknown header in the form of the known ones: without unit, in lower case, with _ for blanks."""
+    return re.sub(r"[^a-z0-9]+", "_", re.split(r"[\[(]", title, maxsplit=1)[0].casefold()).strip("_")
+
+
+def _of_kind(unit: str, item: Field[Any]) -> bool:
+    """Whether a column may hold quantities of this unit."""
+    if item.metadata["unit"] is None:
+        return False
+    try:
+        factor(unit, item.metadata["unit"])
+    except UserError:
+        return False  # of another kind: that is the answer
+    return True
 
 
 def _row(

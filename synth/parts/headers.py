@@ -96,6 +96,21 @@ def unit_in(title: str, canonical: str) -> str | None:
     return unit
 
 
+def quantity_unit(title: str) -> str:
+    """The unit in a header that is a quantity's, ``mm`` of ``Mandrel (mm)``; empty where there is none.
+
+    A currency and a remark, as in ``Diameter (outside)``, are no units.
+    """
+    match = _TITLE.fullmatch(title)
+    written = "" if match is None else (match["unit"] or "").strip()
+    unit = UNITS.get(written, written)
+    try:
+        factor(unit, unit)
+    except UserError:
+        return ""  # it says nothing of a quantity: no unit is the answer
+    return unit
+
+
 def standard_value(column: str, text: str) -> str:
     """A word of a column with choices as the catalogue writes it."""
     folded = " ".join(text.casefold().split())

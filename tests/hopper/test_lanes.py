@@ -305,3 +305,50 @@ def test_a_slow_leg_that_lifts_its_foot_twice_takes_off_for_the_greater_height(n
     assert outcome.energy == pytest.approx(other.energy, rel=1e-3)
     rise = found[outcomes.TAKEOFF_HEIGHT] - found[outcomes.START_COM] + outcome.takeoff_speed**2 / (2.0 * 9.81)
     assert rise == pytest.approx(outcome.rise, abs=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "length", "first", "peak"),
+    [("full", "20D 12V 250:1", 0.13, 0.617, 2.25), ("B", "20D 6V 195.31:1", 0.18, 0.633, 3.04)],
+)
+def test_the_push_of_a_leg_that_lifts_its_foot_twice_ends_at_takeoff(
+    model: str, name: str, length: float, first: float, peak: float
+) -> None:
+    """The gear's torque of the second push, 3.6 and 4.8 times that until the foot first lifted.
+
+    Against a finer trace of the leg and the planar form.
+    """
+    leg, own = HopperLeg().with_length(length), motor_of(catalogue().find_motor(name))
+    jumper, design = compiled_jump("upper"), lane(leg, own, GROUND, MODELS[model])
+    outcome = outcomes.outcome_of(jumper.run(design[:, None])[:, 0])
+    trace, layout = jumper.trace(design, 1e-5), jumper.layout
+    torque, foot = np.abs(trace[:, 1 + layout.row("gear_torque")]), trace[:, 1 + layout.row("foot")]
+    lifted = int(np.argmax(foot > outcomes.LIFTED))
+    assert torque[:lifted].max() == pytest.approx(first, rel=0.01)
+    assert torque[trace[:, 0] <= outcome.takeoff_time].max() == pytest.approx(peak, rel=0.01)
+    assert outcome.peak_gear_torque == pytest.approx(peak, rel=0.01)
+    other = planar_jump(leg, own, GROUND, MODELS[model]).outcome
+    assert outcome.peak_gear_torque == pytest.approx(other.peak_gear_torque, rel=0.02)
+    assert outcome.peak_current == pytest.approx(other.peak_current, rel=1e-3)
+
+
+def test_a_leg_that_hops_and_then_stands_up_has_the_height_of_its_hop() -> None:
+    """Its foot rises by 2 mm, its centre of mass by 26 mm; standing, 0.9 s later, it is 98 mm above the crouch."""
+    leg, own = HopperLeg().with_length(0.2), motor_of(catalogue().find_motor("25D LP 6V 498.87:1"))
+    jumper, design = compiled_jump("upper"), lane(leg, own, GROUND, MODELS["full"])
+    found = jumper.run(design[:, None])[:, 0]
+    trace, layout = jumper.trace(design, 1e-5), jumper.layout
+    risen = trace[:, 1 + layout.row("com")] - trace[0, 1 + layout.row("com")]
+    assert risen.max() == pytest.approx(0.098, abs=1e-3)
+    assert found[outcomes.APEX] == pytest.approx(0.0262, abs=3e-4)
+    hop = found[outcomes.TAKEOFF_HEIGHT] - found[outcomes.START_COM] + found[outcomes.TAKEOFF_SPEED] ** 2 / (2.0 * 9.81)
+    assert found[outcomes.APEX] == pytest.approx(hop, abs=1e-3)  # while its links swing in the flight
+    other = planar_jump(leg, own, GROUND, MODELS["full"]).outcome
+    assert found[outcomes.APEX] == pytest.approx(other.rise, abs=3e-4)
+
+
+def test_the_rise_of_a_jump_ends_with_its_landing() -> None:
+    foot = np.array([-1e-5, 5e-4, -1e-5, 2e-3, 4e-3, 1e-3, -1e-5, 2e-3, -1e-5])
+    rise = np.array([0.0, 1.0, 1.2, 2.0, 3.0, 2.5, 2.2, 4.0, 5.0])
+    assert outcomes.rise_of_jump(rise, foot, 0.0) == 3.0
+    assert outcomes.rise_of_jump(rise, 0.1 * foot, 0.0) == 5.0  # it does not lift

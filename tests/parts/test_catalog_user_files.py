@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from math import log
 from pathlib import Path
 
@@ -139,6 +140,30 @@ def test_temperature_and_foreign_columns(tmp_path: Path) -> None:
     bad = _file(tmp_path, "part,max_torque [N*m],speed [rpm],temperature [K]\nD1,1,20,300\n", "kelvin.csv")
     with pytest.raises(UserError, match="degC"):
         Catalogue.load([bad])
+
+
+MOTORS = "part,gear_ratio [1],no_load_speed [rpm],stall_torque [N*m]"
+
+
+@pytest.mark.parametrize(
+    ("family", "title", "message"),
+    [
+        (MOTORS, "armature_inertia [kg*m^2]", r"have no column .*rename it to what is meant \(rotor_inertia"),
+        (MOTORS, "Rated Torque (N*m)", r'no column "rated_torque".*\(torque_limit \[N\*m\]'),
+        (MOTORS, "limit_torque [N*m]", 'did you mean "torque_limit"'),
+        (MOTORS, "KV [rpm/V]", "would not count; take the column out"),
+        ("part,rate [N*m/rad]", "mandrel [mm]", r"torsion springs have no column .*max_arbor_diameter \[mm\]"),
+        ("part,max_torque [N*m],speed [rpm]", "play [deg]", r"dampers have no column .*travel \[deg\]"),
+    ],
+)
+def test_a_quantity_under_an_unknown_header_is_refused(tmp_path: Path, family: str, title: str, message: str) -> None:
+    """Its numbers would not count, and what they mean would be estimated; words are ignored as before."""
+    cells = ",".join("1" for _ in family.split(","))
+    (problem,) = _problems(_file(tmp_path, f"{family},{title}\n{cells},2\n"))
+    assert (problem.key, problem.line) == (title, 1)
+    assert re.search(message, problem.text)
+    for words in ("colour", "cost [EUR]", "Diameter (outside)", "Kt"):
+        Catalogue.load([_file(tmp_path, f"{family},{words}\n{cells},2\n")])
 
 
 def test_files_that_are_no_catalogue(tmp_path: Path) -> None:

@@ -7,12 +7,12 @@ from synth.files.reference.shared_texts import remark_texts
 _JUMP = {
     "clearance": "Greatest height of the foot over the ground.",
     "relative_height": "Height over the length of the links.",
-    "total_height": "Rise of the centre of mass over the crouch.",
+    "total_height": "Greatest rise of the centre of mass over the crouch, until the jump's landing.",
     "takeoff_speed": "Of the centre of mass.",
     "takeoff_time": "From the command to takeoff, the last one before the foot's greatest height.",
     "energy": "Electrical, up to takeoff.",
-    "peak_gear_torque": "Greatest torque through one gear in the push, until the foot has lifted.",
-    "peak_current": "Greatest current.",
+    "peak_gear_torque": "Greatest torque through one gear in the push, until takeoff.",
+    "peak_current": "Greatest current of both motors, until takeoff.",
     "limit": "Reason for the jump's end, or the limit that it exceeds.",
 }
 _WHERE = {"motor": "Catalogue part.", "gear_ratio": "Of the gear.", "leg_length": "Length of the links."}

@@ -20,6 +20,7 @@ from synth.diagnosis.plants.jumping_leg.jump_predict import N_TRIAL_UNKNOWN, Jum
 from synth.diagnosis.search_limits import LARGEST_TOLERANCE
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Marquardt, minimise
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
+from synth.estimation.tailed_prior import tailed_cost, tailed_weight
 from synth.threads import in_parallel
 
 UNKNOWN_STEP = 0.05  # whitened, step of the differences
@@ -103,8 +104,13 @@ class JumpBench:
         found = in_parallel(lambda i: self.slopes(self.trials[i], fit, fit.own[i]), len(self.trials))
         residuals = tuple(r / self.softness for r, _ in found)
         cost = 0.5 * sum(float(r @ r) for r in residuals)
-        cost += 0.5 * float(fit.unknowns @ fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
+        cost += self.prior_cost(fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
         return replace(fit, residuals=residuals, slopes=tuple(s / self.softness for _, s in found), cost=cost)
+
+    def prior_cost(self, unknowns: Array) -> float:
+        """Of the unknowns (p,): tolerances are normal, a cause's strength may be far larger than usual."""
+        tolerances = unknowns[: self.n_tolerance]
+        return 0.5 * float(tolerances @ tolerances) + float(tailed_cost(unknowns[self.n_tolerance :]))
 
     def remainder(self, fit: JumpFit) -> float:
         """RMS of an evaluated fit's residuals over the samples' uncertainty; at least 1."""
@@ -168,7 +174,8 @@ class JumpBench:
             trials.append(
                 TrialNormal(a.T @ a, a.T @ b, b.T @ b + np.eye(N_TRIAL_UNKNOWN), a.T @ residual, b.T @ residual + own)
             )
-        return ReducedNormal.of(trials, np.eye(count), fit.unknowns[:count])
+        prior = np.concatenate([np.ones(self.n_tolerance), tailed_weight(fit.unknowns[self.n_tolerance :])])[:count]
+        return ReducedNormal.of(trials, np.diag(prior), prior * fit.unknowns[:count])
 
     def prospects(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
         """(n_point,) cost with the causes at these points (size, n_point) after one undamped step of all other
@@ -192,7 +199,7 @@ class JumpBench:
             (step,) = normal.steps(base.unknowns, np.zeros(1), normal.scale, free, StepLimits())
             moves = [np.concatenate([step.common, own]) for own in step.own]
             left = [r + s @ d for r, s, d in zip(here, base.slopes, moves, strict=True)]
-            costs[k] = 0.5 * sum(float(r @ r) for r in left) + 0.5 * float(points[:, k] @ points[:, k])
+            costs[k] = 0.5 * sum(float(r @ r) for r in left) + float(tailed_cost(points[:, k]))
             costs[k] += 0.5 * float(np.sum((base.unknowns + step.common) ** 2))
             costs[k] += 0.5 * float(np.sum((base.own + np.array(step.own)) ** 2))
         return costs

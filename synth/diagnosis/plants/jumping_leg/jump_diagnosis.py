@@ -86,6 +86,10 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """Normal equations at a fit."""
         return self.bench.normal(fit)
 
+    def prior_cost(self, fit: JumpFit) -> float:
+        """Of normal tolerances, and of causes that may be far larger than usual."""
+        return self.bench.prior_cost(fit.unknowns)
+
     def remainder(self, fit: JumpFit) -> float:
         """RMS of the whitened residuals, in whose unit the uncertainty of a sample is 1."""
         return self.bench.remainder(fit)
