@@ -23,9 +23,9 @@ def content(result: Result) -> dict[str, Any]:
                 "size": cell.text if cause.get("cases") else "cannot be planted large enough",
                 "gap": cell.small,
                 "of": mapping(cause, "visible_from").get("of", ""),
-                "named": f"{cause.get('named')} of {cause.get('cases')}",
+                "named": _share(cause, "named", "cases"),
                 "absent": cause.get("named_with_absent") or 0,
-                "large": f"{cause.get('large_named')} of {cause.get('large')}",
+                "large": _share(cause, "large_named", "large"),
                 "large_tied": cause.get("large_tied") or 0,
                 "tied": f"{cause.get('tied')} of {cause.get('cases')}" if cause.get("tied") else "",
                 "tied_with": _counts_text(mapping(cause, "tied_with")),
@@ -34,9 +34,16 @@ def content(result: Result) -> dict[str, Any]:
         )
     return {
         "rows": rows,
+        "any_tied": any(row["tied"] for row in rows),
+        "any_large": any(row["large"] for row in rows),
         "nothing": mapping(result.content, "nothing_planted"),
         "strange": mapping(result.content, "not_in_the_library"),
     }
+
+
+def _share(cause: Mapping[str, Any], hits: str, of: str) -> str:
+    """So many of the cases of a kind; empty where none was planted."""
+    return f"{cause.get(hits)} of {cause.get(of)}" if cause.get(of) else ""
 
 
 def _counts_text(found: Mapping[str, Any]) -> str:

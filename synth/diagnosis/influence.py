@@ -15,6 +15,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_search import rms_over_noise
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import shape_places
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis, shaped
 from synth.diagnosis.hypotheses import Assessment, F, Hypotheses, TrialErrors
@@ -91,9 +92,9 @@ class VerdictDependence:
     """The recordings that the verdict depends on.
 
     ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
-    those that may change it by the closed form and were not refitted. ``odd`` : a recording that most of the misfit
-    comes from, if any. ``of`` : number of recordings; ``against`` : of those without which the verdict has none of its
-    causes.
+    those that may change it by the closed form and were not refitted, see ``names_of_pieces``. ``odd`` : a recording
+    that most of the misfit comes from, if any. ``of`` : number of recordings; ``against`` : of those without which the
+    verdict has none of its causes.
     ``whole`` : the verdict with all of them, before these doubts make it less sure.
     """
 
@@ -168,8 +169,22 @@ def verdict_dependence(
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
     tried = [judged.accepted] if judged.verdict in ("effect", "tie") else [found.none, *found.singles]
     odd = _odd_recording(bench, [(item, steps.get(id(item))) for item in tried], found.several)
-    names = tuple(bench.trials[i].recording.name for i in left)
+    names = names_of_pieces(bench.trials, left)
     return VerdictDependence(tuple(turned), names, odd, len(bench.trials), against, _whole_words(judged))
+
+
+def names_of_pieces(trials: Sequence[AngleTrial], chosen: Sequence[int]) -> tuple[str, ...]:
+    """A name each recording of which a trial is ``chosen`` by its index; of several pieces of one, their number."""
+    whole = [id(trial.whole) for trial in trials]
+    found: dict[int, list[AngleTrial]] = {}
+    for i in chosen:
+        found.setdefault(whole[i], []).append(trials[i])
+    return tuple(
+        some[0].recording.name
+        if len(some) == 1
+        else f"{len(some)} of the {whole.count(key)} pieces of {some[0].whole.recording.name}"
+        for key, some in found.items()
+    )
 
 
 def _asked_again(

@@ -23,12 +23,15 @@ class Servo:
     the duty, or the torque, in between; 0: continuous control. ``duty_steps`` : number of steps of its duty from 0
     to 1; 0: none. ``linear_commands`` : it interpolates between two commands, instead of holding each to the next.
     ``command_rate_limit`` rad/s, by which its own command approaches the given one (a profile velocity); 0: at once.
+    ``integral_gain`` 1/(rad s), or N m/(rad s), of the integral of the same error, which stays within
+    ``integral_limit``, a duty or N m; by default that of the whole controller.
 
     In a winding with inductance the torque is delayed by ``lag`` s. To first order this delays the command by the
     same time, reduces the damping gain by gain times lag, and reduces the apparent inertia of the rotor by lag times
     the winding's own damping. A damping gain reduces it by lag times its own too, but only while the duty is below its
     limit; that part is left out. It would make small steps ten times more accurate (0.003 instead of 0.03 deg) and
-    hard ones up to ten times less (0.8 instead of 0.08 deg; ``tests/drives/test_inductance.py``'s arm).
+    hard ones up to ten times less (0.8 instead of 0.08 deg; ``tests/drives/test_inductance.py``'s arm). What it does
+    to an integral is left out too.
     """
 
     gain: float
@@ -46,13 +49,16 @@ class Servo:
     duty_steps: float = 0.0
     linear_commands: bool = False
     command_rate_limit: float = 0.0
+    integral_gain: float = 0.0
+    integral_limit: float = np.inf
 
     @property
     def numbers(self) -> tuple[float, ...]:
         """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then what is not of the law.
 
         These are its delay, of control steps their period, the first of them, and the steps of the duty; 1/ohm of its
-        winding, and the limit of its command's rate. All numbers are finite, and include the winding's lag.
+        winding, the limit of its command's rate, and gain and limit of its integral. All numbers are finite, and
+        include the winding's lag.
         """
         return tuple(delayed(np.array(self.without_lag), self.lag).tolist())
 
@@ -70,21 +76,33 @@ class Servo:
             # An unlimited duty at one volt and one newton metre per volt.
             controller = self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0
             timing = self.delay, self.control_period, 0.0, 0.0
-            return *controller, 1.0, 0.0, limit, 0.0, *timing, 0.0, self.command_rate_limit
+            integral = self.integral_gain, min(self.integral_limit, limit)
+            return *controller, 1.0, 0.0, limit, 0.0, *timing, 0.0, self.command_rate_limit, *integral
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
         strength, back_emf = motor.strength, motor.short_circuit_damping
         controller = self.gain, self.damping_gain, self.dead_band, self.duty_limit, self.open_duty
         control = self.control_period, 0.0, self.duty_steps
-        more = 1.0 / motor.resistance, self.command_rate_limit
+        integral = self.integral_gain, min(self.integral_limit, self.duty_limit)
+        more = 1.0 / motor.resistance, self.command_rate_limit, *integral
         return *controller, strength, back_emf, limit, sag, self.delay, *control, *more
 
-    def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
-        """(m,) N m along a motion: the result of ``servo_torque``, without the delay and without control steps."""
+    def torque(
+        self,
+        error: Array,
+        rate: Array,
+        supply: Array | float,
+        enabled: Array | float = 1.0,
+        integral: Array | float = 0.0,
+    ) -> Array:
+        """(m,) N m along a motion: the result of ``servo_torque``, without the delay and without control steps.
+
+        ``integral`` : the result of ``integral_along``.
+        """
         from synth.drives.servo_law import servo_torque  # with numba, which takes longer to import than a leg to read
 
         along = np.vectorize(servo_torque.py_func, otypes=[float])
-        return np.asarray(along(error, rate, supply, enabled, *self.numbers[:OF_THE_LAW]))
+        return np.asarray(along(error, rate, supply, enabled, *self.numbers[:OF_THE_LAW], 1.0, integral))
 
 
 @dataclass(frozen=True)
@@ -107,11 +125,12 @@ def fed_together(drives: Sequence[Servo | TorqueDrive | None]) -> list[int]:
     return largest if len(largest) > 1 else []
 
 
-GAIN, DAMPING_GAIN, DELAY, FIRST_STEP = 0, 1, 9, 11  # among a servo's numbers
+# Among a servo's numbers:
+GAIN, DAMPING_GAIN, DEAD_BAND, DELAY, FIRST_STEP, INTEGRAL_GAIN, INTEGRAL_LIMIT = 0, 1, 2, 9, 11, 15, 16
 
 
 def delayed(numbers: Array, lag: Array | float) -> Array:
-    """The ``numbers`` (15, ...) of servos without inductance if their windings' time constant is ``lag`` (...) s.
+    """The ``numbers`` (17, ...) of servos without inductance if their windings' time constant is ``lag`` (...) s.
 
     To first order, see ``Servo``; ``lightened`` is its part for the inertia.
     """
@@ -119,6 +138,37 @@ def delayed(numbers: Array, lag: Array | float) -> Array:
     found[DAMPING_GAIN] -= lag * found[GAIN]
     found[DELAY] += lag
     found[FIRST_STEP] += lag
+    return found
+
+
+def holding_duty(load: Array, standing: Array, sag: Array) -> Array:
+    """(...) duty d at which a motor at rest gives the ``load`` N m.
+
+    The smaller root of load (1 + sag d^2) = d standing. ``standing`` N m at full duty from a source without
+    resistance; ``sag`` as in ``servo_law.unlimited_torque``. Where the motor cannot give so much, a duty beyond that
+    at which it gives most.
+    """
+    left = np.sqrt(np.maximum(standing**2 - 4.0 * sag * load**2, 0.0))
+    whole = standing + left
+    return np.divide(2.0 * load, whole, out=np.zeros_like(load), where=whole > 0.0)
+
+
+def integral_along(time: Array, error: Array, enabled: Array, numbers: Array, start: float) -> Array:
+    """(m,) duty of a servo's integral along a motion, by Euler's method from sample to sample; ``start`` : the first.
+
+    ``time`` (m,) s, ``error`` (m,) rad, ``enabled`` (m,) 1 or 0; ``numbers`` (17,) of the servo. Zeros without a gain.
+    """
+    from synth.drives.servo_law import integral_change  # with numba, see ``Servo.torque``
+
+    gain, limit = numbers[INTEGRAL_GAIN], numbers[INTEGRAL_LIMIT]
+    found = np.zeros(len(time))
+    if gain == 0.0:
+        return found
+    found[0] = start
+    steps = np.diff(time) * enabled[:-1]
+    for i, (step, wrong) in enumerate(zip(steps.tolist(), error[:-1].tolist(), strict=True)):
+        change = integral_change.py_func(wrong, found[i], numbers[DEAD_BAND], gain, limit)
+        found[i + 1] = min(max(found[i] + step * change, -limit), limit)
     return found
 
 

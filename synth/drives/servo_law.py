@@ -7,14 +7,25 @@ from synth.drives.motor_law import steady_line
 
 
 @inlined
-def servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit):  # type: ignore[no-untyped-def]
-    """Duty that a proportional controller sets, branch-free.
+def servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit, integral):  # type: ignore[no-untyped-def]
+    """Duty that a controller sets, branch-free.
 
     ``error`` rad, command minus angle; ``rate`` rad/s of the joint; ``gain`` duty/rad outside the ``dead_band`` rad,
-    ``damping_gain`` duty s/rad; at most ``duty_limit``.
+    ``damping_gain`` duty s/rad, and the duty of the ``integral``; in sum at most ``duty_limit``.
     """
     beyond = error - max(-dead_band, min(dead_band, error))
-    return max(-duty_limit, min(duty_limit, gain * beyond - damping_gain * rate))
+    return max(-duty_limit, min(duty_limit, gain * beyond - damping_gain * rate + integral))
+
+
+@inlined
+def integral_change(error, integral, dead_band, integral_gain, integral_limit):  # type: ignore[no-untyped-def]
+    """Duty/s by which the ``integral`` grows: ``integral_gain`` duty/(rad s) times the error outside the dead band.
+
+    It stays within ``integral_limit``: clamping against windup (Astrom & Hagglund, *Advanced PID Control*, section
+    3.5). Beyond its limit it can only return.
+    """
+    change = integral_gain * (error - max(-dead_band, min(dead_band, error)))
+    return change if abs(integral) < integral_limit or integral * change < 0.0 else 0.0
 
 
 @inlined
@@ -52,7 +63,11 @@ def servo_torque(  # type: ignore[no-untyped-def]
     torque_limit,
     sag,
     warm=1.0,
+    integral=0.0,
 ):
-    """Torque on the joint, N m, of a continuous controller; ``open_duty`` is added without control."""
-    duty = servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit) + open_duty
+    """Torque on the joint, N m, of a continuous controller with the duty of its ``integral``.
+
+    ``open_duty`` is added without control.
+    """
+    duty = servo_duty(error, rate, gain, damping_gain, dead_band, duty_limit, integral) + open_duty
     return limited(unlimited_torque(duty, rate, supply, strength, back_emf, sag, warm), enabled, torque_limit)

@@ -43,13 +43,16 @@ class MotorKeys(FileModel):
 class DriveKeys(FileModel):
     """A joint's drive: a position servo, a motor with known voltage or known current, or a known torque.
 
-    ``gain`` and ``damping_gain`` are duty per angle and per speed with a ``motor`` (1/rad, s/rad), otherwise
-    torques (N m/rad, N m s/rad). ``limit`` is one of the three limits, by its unit.
+    ``gain``, ``damping_gain`` and ``integral_gain`` are duty per angle, per speed and per angle and time with a
+    ``motor`` (1/rad, s/rad, 1/(rad s)), otherwise torques (N m/rad, N m s/rad, N m/(rad s)); ``integral_limit`` is a
+    duty or a torque. ``limit`` is one of the three limits, by its unit.
     """
 
     kind: Literal["servo", "voltage", "torque"]
     gain: Annotated[Any, Field(examples=["20 N*m/rad"]), Written("quantity")] = None
     damping_gain: Annotated[Any, Field(examples=["0.5 N*m*s/rad"]), Written("quantity")] = None
+    integral_gain: Annotated[Any, Field(examples=["30 N*m/(rad*s)"]), Written("quantity")] = None
+    integral_limit: Annotated[Any, Field(examples=["0.8 N*m"]), Written("quantity")] = None
     delay: Annotated[float, Quantity("s", least=0, most=2)] = 0.0
     dead_band: Annotated[float, Quantity("rad", least=0, most=1)] = 0.0
     limit: Annotated[Any, Field(examples=["2.5 N*m"]), Written("quantity")] = None
@@ -100,6 +103,9 @@ class DriveKeys(FileModel):
             raise refusal('"motor" is missing: write motor: {torque_constant: 0.02 N*m/A, resistance: 2 ohm}')
         if self.kind == "servo" and self.gain is None:
             raise refusal(f'"gain" is missing: write it, for example gain: {"2 1/rad" if self.motor else "20 N*m/rad"}')
+        if self.integral_limit is not None and self.integral_gain is None:
+            unit = GAIN_UNITS[self.motor is not None]["integral_gain"]
+            raise refusal(f'"integral_limit" needs "integral_gain": write it, for example integral_gain: 6 {unit}')
         if self.duty_steps is not None and self.control_period is None:
             raise refusal('"duty_steps" needs the time between two duties: write it, for example control_period: 1 ms')
         if self.command_rate_limit and self.commands == "linear":
@@ -126,10 +132,19 @@ class DriveKeys(FileModel):
             motor = GearedMotor(resistance, keys.torque_constant, *gear, keys.rotor_inertia, keys.inductance)
         if self.kind == "torque":
             return TorqueDrive(motor)
-        gain_unit, damping_unit = GAIN_UNITS[motor is not None]
+        gain, damping, integral, limit = (
+            None if given is None else _gain(key, given, unit)
+            for (key, unit), given in zip(
+                GAIN_UNITS[motor is not None].items(),
+                (self.gain, self.damping_gain, self.integral_gain, self.integral_limit),
+                strict=True,
+            )
+        )
         return Servo(
-            gain=0.0 if self.gain is None else _gain("gain", self.gain, gain_unit),
-            damping_gain=0.0 if self.damping_gain is None else _gain("damping_gain", self.damping_gain, damping_unit),
+            gain=gain or 0.0,
+            damping_gain=damping or 0.0,
+            integral_gain=integral or 0.0,
+            integral_limit=np.inf if limit is None else limit,
             delay=self.delay,
             dead_band=self.dead_band,
             duty_limit=1.0 if self.duty_limit is None else self.duty_limit,
@@ -147,15 +162,24 @@ class DriveKeys(FileModel):
 
 
 WITHOUT_MOTOR = ("gain", "damping_gain", "delay", "dead_band", "torque_limit", "control_period", "commands",
-                 "command_rate_limit")  # fmt: skip
-GAIN_UNITS = {True: ("1/rad", "s/rad"), False: ("N*m/rad", "N*m*s/rad")}  # with a motor, without
+                 "command_rate_limit", "integral_gain", "integral_limit")  # fmt: skip
+GAIN_UNITS = {
+    True: {"gain": "1/rad", "damping_gain": "s/rad", "integral_gain": "1/(rad*s)", "integral_limit": "1"},
+    False: {
+        "gain": "N*m/rad", "damping_gain": "N*m*s/rad", "integral_gain": "N*m/(rad*s)", "integral_limit": "N*m",
+    },
+}  # with a motor, without  # fmt: skip
 
 
 def _gain(key: str, value: object, unit: str) -> float:
     try:
         found = units.parse(value, unit)
     except UserError as error:
-        hint = "with a motor a gain is a duty" if unit in GAIN_UNITS[True] else "without a motor a gain is a torque"
+        hint = (
+            "with a motor a gain is a duty"
+            if unit in GAIN_UNITS[True].values()
+            else "without a motor a gain is a torque"
+        )
         raise UserError(f"{key}: {error.problems[0].text} ({hint})") from None
     if found < 0.0:
         raise UserError(f"{key}: {value} is not allowed: it must be at least 0")
@@ -167,10 +191,13 @@ def drive_text(drive: Drive) -> dict[str, Any]:
     motor = drive.motor
     made: dict[str, Any] = {"kind": "torque"}
     if isinstance(drive, Servo):
-        gain_unit, damping_unit = GAIN_UNITS[motor is not None]
+        of_gain = GAIN_UNITS[motor is not None]
         made = {"kind": "voltage" if drive.open_duty else "servo"}
         numbers = {
-            "gain": (drive.gain, 0.0, gain_unit), "damping_gain": (drive.damping_gain, 0.0, damping_unit),
+            "gain": (drive.gain, 0.0, of_gain["gain"]),
+            "damping_gain": (drive.damping_gain, 0.0, of_gain["damping_gain"]),
+            "integral_gain": (drive.integral_gain, 0.0, of_gain["integral_gain"]),
+            "integral_limit": (drive.integral_limit, np.inf, of_gain["integral_limit"]),
             "delay": (drive.delay, 0.0, "s"), "dead_band": (drive.dead_band, 0.0, "deg"),
             "duty_limit": (drive.duty_limit, 1.0, ""), "torque_limit": (drive.torque_limit, np.inf, "N*m"),
             "current_limit": (drive.current_limit, np.inf, "A"), "supply": (drive.supply, 1.0, "V"),

@@ -82,6 +82,8 @@ def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
     lost = []
     if found["servo_dead_band"] > 0.0:
         lost.append(f"its dead band of {found['servo_dead_band']:.3g} rad")
+    if found["servo_integral_gain"] > 0.0:
+        lost.append("its integral gain; here it sags under its load")
     if found["servo_command_rate"] > 0.0:
         lost.append(f"the limit of its command's rate, {significant(degrees(found['servo_command_rate']), 3)} deg/s")
     if found["servo_sag"] > 0.0:

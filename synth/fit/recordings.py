@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.drives.servo import Servo, ServoSignals
+from synth.drives.servo import Servo, ServoSignals, integral_along
 from synth.errors import Problem, UserError
 from synth.fit.trial_channels import counted_from, known_torque, rows_read, servo_signals, with_recorded_rates
 from synth.motion.first_state import FirstState, first_state
@@ -22,6 +22,7 @@ from synth.motion.time_step import stepped_unit
 from synth.remarks import decisive, noted
 from synth.sampling import channel_step, every_nth, own_moments, usual_step
 from synth.swing.chain import Conditions
+from synth.swing.integral_starts import held_integrals
 from synth.swing.known_torque import average_torques
 from synth.swing.leg_model import Leg
 
@@ -97,7 +98,7 @@ class Recording:
         if self.known_torque is not None:
             force += average_torques(self.known_torque, self.smoothed.time)
         if self.signals is not None:
-            force += _servo_torque(leg, self.signals, self.smoothed)
+            force += _servo_torque(leg, self.signals, self.smoothed, self.conditions)
         return force
 
     @cached_property
@@ -331,16 +332,18 @@ def _moving_locked(leg: Leg, trial: Trial) -> list[Problem]:
     return problems
 
 
-def _servo_torque(leg: Leg, signals: ServoSignals, smoothed: Smoothed) -> Array:
+def _servo_torque(leg: Leg, signals: ServoSignals, smoothed: Smoothed, conditions: Conditions) -> Array:
     """(k, n) N m on q of the leg's servos along a motion."""
     servos = [joint.drive if isinstance(joint.drive, Servo) else None for joint in leg.joints]
     delay = np.array([0.0 if servo is None else servo.delay for servo in servos])
     command, supply, enabled = signals.at(smoothed.time, delay)
     torque = np.zeros_like(smoothed.angle)
+    starts = held_integrals(leg, conditions.tip, conditions.tilt, smoothed.angle[0], supply[0])
     for j, servo in enumerate(servos):
         if servo is not None:
-            error = command[:, j] - smoothed.angle[:, j]
-            torque[:, j] = servo.torque(error, smoothed.rate[:, j], supply[:, j], enabled[:, j])
+            error, on = command[:, j] - smoothed.angle[:, j], enabled[:, j]
+            integral = integral_along(smoothed.time, error, on, np.array(servo.numbers), starts[j])
+            torque[:, j] = servo.torque(error, smoothed.rate[:, j], supply[:, j], on, integral)
     return torque
 
 

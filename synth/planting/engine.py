@@ -51,17 +51,21 @@ def _servo_load(p, table, t, q, w, z):
     """Torque that the gear of a servo transmits, of a cold winding: friction that a warm one lowers is second order."""
     if p[4] > 0.0:
         return abs(winding_torque(table, int(p[2]), int(p[3]), t, w, 0.0, z[int(p[4]) - 1, 1]))
-    return abs(servo_torque(table, int(p[2]), int(p[3]), t, q, w, 0.0))
+    return abs(servo_torque(table, int(p[2]), int(p[3]), t, q, w, 0.0, z[int(p[5]) - 1, 1] if p[5] > 0.0 else 0.0))
 
 
 @njit
-def _look_if_due(law, at, par, table, due, t, q, w, z):
-    """Let the servos whose control step is now set the duty that they hold; returns the time of the next step."""
+def _look_if_due(law, at, par, table, due, summed, first, t, q, w, z):
+    """Let the servos whose control step is now set the duty that they hold; returns the time of the next step.
+
+    ``summed`` (k,) : duties of their integrals, to which the first look adds nothing.
+    """
     soonest = math.inf
     for k in range(law.shape[0]):
         if law[k] == SAMPLED_SERVO:
             if due[k] <= t + SAME_TIME:
-                z[k, 1], due[k] = look(par[k], table, t, q[at[k, 0]], w[at[k, 0]])
+                since = 0.0 if first else par[k, 2]
+                z[k, 1], due[k], summed[k] = look(par[k], table, t, q[at[k, 0]], w[at[k, 0]], summed[k], since)
             soonest = min(soonest, due[k])
     return soonest
 
@@ -228,20 +232,20 @@ def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, 
     v, m3, s = np.zeros((7, n)), np.zeros((4, m, 2)), np.zeros((n, 15))
     q, w, z = q0.copy(), w0.copy(), z.copy()
     qn, wn, zn = q.copy(), w.copy(), z.copy()
-    due = np.full(m, start)
+    due, summed = np.full(m, start), z[:, 1].copy()
     for k in range(m):
         if law[k] in STUCK_LAWS:
             i = at[k, 0]
             mode[k] = 0 if w[i] == 0.0 else (1 if w[i] > 0.0 else -1)
             held[i] = fixed[i] or mode[k] == 0
     angle[0], speed[0] = q, w
-    _look_if_due(law, at, par, table, due, start, q, w, z)
+    _look_if_due(law, at, par, table, due, summed, True, start, q, w, z)
     derivative(body, gravity, held, law, at, par, table, mode, start, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
     for step in range(count):
         rest, cuts = h, 0
         while rest > 0.0:
             t = start + (step + 1) * h - rest
-            soonest = _look_if_due(law, at, par, table, due, t, q, w, z)
+            soonest = _look_if_due(law, at, par, table, due, summed, False, t, q, w, z)
             part = soonest - t if soonest < t + rest - SAME_TIME else rest
             derivative(body, gravity, held, law, at, par, table, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
             while _release(law, at, par, mode, held, fixed, tau, force, load):

@@ -24,8 +24,9 @@ class PlantedServo(NamedTuple):
     command of ``delay`` s ago acts. Under a torque of ``reference`` N m the winding's resistance grows by ``rise`` (a
     share) in the end, by two thirds of that in ``warming`` s; with a rise of zero it stays. With a ``control_period`` s
     it looks at the start, at ``first_look`` s and then after each period, and holds its duty in between: one of
-    ``duty_steps`` from 0 to 1 if that is not zero. ``linear`` 1: it interpolates between two commands. It controls its
-    joint's angle on q times one more than ``seen_scale``, plus ``seen_offset`` rad.
+    ``duty_steps`` from 0 to 1 if that is not zero. ``integral_gain`` 1/(rad s) times the error beyond the dead band is
+    the rate of a duty of at most ``integral_limit``. ``linear`` 1: it interpolates between two commands. It controls
+    its joint's angle on q times one more than ``seen_scale``, plus ``seen_offset`` rad.
     """
 
     joint: int
@@ -42,6 +43,8 @@ class PlantedServo(NamedTuple):
     rise: float = 0.0
     reference: float = 0.0
     warming: float = 0.0
+    integral_gain: float = 0.0
+    integral_limit: float = 0.0
     command_rate: float = 0.0  # rad/s at which its own command approaches the given one; 0: at once
     control_period: float = 0.0
     first_look: float = 0.0
@@ -56,6 +59,7 @@ class PlantedServo(NamedTuple):
         return self._replace(
             gain=self.gain * seen,
             damping_gain=self.damping_gain * seen,
+            integral_gain=self.integral_gain * seen,
             dead_band=self.dead_band / seen,
         )
 

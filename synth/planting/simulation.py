@@ -91,8 +91,9 @@ def _with_gear_friction(law: Law, more: tuple[Law, ...], before: int) -> Law:
         return law
     for index, servo in enumerate(more):
         if servo.law in (SERVO, SAMPLED_SERVO) and servo.joint == law.joint:
-            held = before + index + 1 if servo.law == SAMPLED_SERVO else 0
-            return law._replace(par=(*law.par, *servo.par[:2], float(held)))
+            place = float(before + index + 1)
+            held, summed = (place if servo.law == kind else 0.0 for kind in (SAMPLED_SERVO, SERVO))
+            return law._replace(par=(*law.par, *servo.par[:2], held, summed))
     # A trial without inputs has no torque to transmit.
     return law._replace(law=STICK_SLIP, par=(0.0, 0.0, 1.0, 0.0))
 
@@ -127,7 +128,7 @@ def _table_of_trial(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law
 
 
 def _servo_table(servo: PlantedServo, inputs: ServoInputs) -> Array:
-    """(13 + 3 k, 2): the servo's numbers in the first column, then command, supply and switch over time."""
+    """(15 + 3 k, 2): the servo's numbers in the first column, then command, supply and switch over time."""
     numbers = np.zeros((SERVO_NUMBERS, 2))
     numbers[:, 0] = servo[1 : 1 + SERVO_NUMBERS]
     columns = (values[:, servo.joint] for values in inputs[1:])
@@ -178,7 +179,27 @@ def _initial_memory(a: Assembly, pose: Array, rest: Array) -> tuple[Array, NDArr
             mode[k] = int(np.sign(z[k, 0])) if law == SLACK else 0
         elif law == BOUC_WEN:
             z[k, 0] = _bouc_wen_memory(q[i] - rest[list(a.joint).index(i)], a.par[k])
+    _hold(a, q, z)
     return q, mode, z
+
+
+def _hold(a: Assembly, q: Array, z: Array) -> None:
+    """Set the integral of each servo to the duty that holds the coordinates ``q``: it has taken over the whole load."""
+    tau = -a.body[:, bodies.RATE] * (q - a.body[:, bodies.FREE])
+    acc, force = np.zeros(len(q)), np.zeros((len(q), 3))
+    bodies.accelerate(
+        a.body, a.gravity, np.ones(len(q), dtype=bool), tau, q, np.zeros(len(q)), acc, force, np.zeros((len(q), 15))
+    )
+    load = force[:, 0] - tau
+    for k in np.flatnonzero(np.isin(a.law, (SERVO, SAMPLED_SERVO))).tolist():
+        first, count = int(a.par[k, 0]), int(a.par[k, 1])
+        numbers, i = a.table[first : first + SERVO_NUMBERS, 0], a.at[k, 0]
+        gain, most = numbers[13:]
+        supply = a.table[first + SERVO_NUMBERS + count, 1]
+        if gain == 0.0 or supply == 0.0:
+            continue
+        needed, sag = load[i] / (numbers[5] * supply), numbers[8]  # of needed = d / (1 + sag d^2) the smaller d
+        z[k, 1] = np.clip(2.0 * needed / (1.0 + np.sqrt(max(1.0 - 4.0 * sag * needed**2, 0.0))), -most, most)
 
 
 def _bouc_wen_memory(travel: float, p: Array) -> float:
@@ -291,8 +312,9 @@ def swing(leg: PlantedLeg, trial: PlantedTrial, angle: Array, speed: Array, step
     a = assemble(Truth(leg, tilt=tilt), trial)
     none = np.zeros(len(a.law), dtype=np.int64)
     w = np.where(a.fixed, 0.0, speed)
-    still = np.zeros((len(a.law), 2))
-    return _simulate_segments(a, none, still, np.array(angle, dtype=float), w, trial.duration, step, trial.start)
+    q, still = np.array(angle, dtype=float), np.zeros((len(a.law), 2))
+    _hold(a, q, still)
+    return _simulate_segments(a, none, still, q, w, trial.duration, step, trial.start)
 
 
 def fastest(truth: Truth, trial: PlantedTrial) -> float:

@@ -50,7 +50,7 @@ DRIVE_TABLE = 30  # known torque as recorded; par: gain, offset, delay, first ro
 # damper as measured; par: linear rate that the chain already has, first row of the table, number of rows
 DAMPER_TABLE = 31
 SERVO = 32  # position servo; par: first row of its numbers in the table, number of samples of its inputs; memory: heat
-SERVO_NUMBERS = 13  # rows of these numbers
+SERVO_NUMBERS = 15  # rows of these numbers
 # The same with control steps; par: as before, then period, first step and steps of the duty; memories: heat, held duty.
 SAMPLED_SERVO = 34
 # Dry friction of a servo's gear, true sticking; par: share of the servo's torque, constant part [N m], and those of its
@@ -139,8 +139,10 @@ def torque(law, p, table, t, q, w, qj, z0, z1):
     if law == DRIVE_TABLE:
         return p[0] * interpolated(table, int(p[3]), int(p[4]), t - p[2], False) + p[1], 0.0, 0.0, 0.0
     if law == SERVO:
-        driven = servo_torque(table, int(p[0]), int(p[1]), t, q, w, z0)
-        return driven, 0.0, warming(table, int(p[0]), driven, z0), 0.0
+        driven = servo_torque(table, int(p[0]), int(p[1]), t, q, w, z0, z1)
+        summed = summing(table, int(p[0]), int(p[1]), t - table[int(p[0]) + 9, 0], q, z1)
+        on = interpolated(table, int(p[0]) + SERVO_NUMBERS + 2 * int(p[1]), int(p[1]), t, False)
+        return driven, 0.0, warming(table, int(p[0]), driven, z0), on * summed
     if law == SAMPLED_SERVO:
         driven = winding_torque(table, int(p[0]), int(p[1]), t, w, z0, z1)
         return driven, 0.0, warming(table, int(p[0]), driven, z0), 0.0
@@ -159,33 +161,55 @@ def warming(table, first, driven, warm):
 
 
 @njit
-def servo_torque(table, first, count, t, q, w, warm):
+def servo_torque(table, first, count, t, q, w, warm, summed):
     """Torque of a servo whose numbers are the rows from ``first`` on, in the order of ``model.PlantedServo``.
 
-    ``warm`` : growth of its winding's resistance (a share).
+    ``warm`` : growth of its winding's resistance (a share); ``summed`` : duty of its integral.
     """
-    duty = servo_duty(table, first, count, t - table[first + 9, 0], q, w)
+    duty = servo_duty(table, first, count, t - table[first + 9, 0], q, w, summed)
     return winding_torque(table, first, count, t, w, warm, duty)
 
 
 @njit
-def servo_duty(table, first, count, told, q, w):
-    """Duty that the servo sets for the command held at the time ``told``."""
+def beyond_band(table, first, count, told, q):
+    """Error outside the dead band, rad, from the command held at the time ``told``."""
     error = held_row(table, first + SERVO_NUMBERS, count, told) - q
-    beyond = math.copysign(max(abs(error) - table[first + 2, 0], 0.0), error)
-    duty = table[first, 0] * beyond - table[first + 1, 0] * w
+    return math.copysign(max(abs(error) - table[first + 2, 0], 0.0), error)
+
+
+@njit
+def summing(table, first, count, told, q, summed):
+    """Rate of change of the integral's duty ``summed``, which stops at its limit."""
+    rate = table[first + 13, 0] * beyond_band(table, first, count, told, q)
+    full = abs(summed) >= table[first + 14, 0]
+    return 0.0 if full and rate * summed >= 0.0 else rate
+
+
+@njit
+def servo_duty(table, first, count, told, q, w, summed):
+    """Duty that the servo sets for the command held at the time ``told``."""
+    most = table[first + 14, 0]
+    duty = table[first, 0] * beyond_band(table, first, count, told, q) - table[first + 1, 0] * w
+    duty += min(max(summed, -most), most)
     return min(max(duty, -table[first + 3, 0]), table[first + 3, 0]) + table[first + 4, 0]
 
 
 @njit
-def look(p, table, t, q, w):
-    """Duty that a servo with control steps sets at one of them, and the time of the next; ``p`` of its law."""
-    first = int(p[0])
-    duty = servo_duty(table, first, int(p[1]), t + SAME_TIME, q, w)
+def look(p, table, t, q, w, summed, since):
+    """Duty that a servo with control steps sets at one of them, the time of the next, and the duty of its integral.
+
+    ``p`` of its law; ``summed`` : that duty before; ``since`` s of the controller's time that it adds: none at first.
+    """
+    first, count = int(p[0]), int(p[1])
+    on = interpolated(table, first + SERVO_NUMBERS + 2 * count, count, t, False)
+    limit = table[first + 14, 0]
+    summed += on * since * table[first + 13, 0] * beyond_band(table, first, count, t + SAME_TIME, q)
+    summed = min(max(summed, -limit), limit)
+    duty = servo_duty(table, first, count, t + SAME_TIME, q, w, summed)
     if p[4] > 0.0:
         most = table[first + 3, 0]
         duty = min(max(math.floor(duty * p[4] + 0.5) / p[4], -most), most)
-    return duty, p[3] + (math.floor((t - p[3]) / p[2] + 1e-6) + 1.0) * p[2]
+    return duty, p[3] + (math.floor((t - p[3]) / p[2] + 1e-6) + 1.0) * p[2], summed
 
 
 @njit

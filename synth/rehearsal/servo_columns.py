@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.arrays import Array
-from synth.drives.servo import Servo
+from synth.drives.servo import INTEGRAL_GAIN, INTEGRAL_LIMIT, Servo
 from synth.files.csv_table import in_si, read_table
 from synth.files.drive_columns import SUPPLY, column_units, switched_off
 from synth.files.trial_list import Trial
@@ -89,7 +89,10 @@ def planted_servos(leg: Leg) -> tuple[PlantedServo, ...]:
 def _planted(joint: int, drive: Servo) -> PlantedServo:
     numbers = drive.numbers
     period, first_look, duty_steps = numbers[LAW_NUMBERS : LAW_NUMBERS + 3]
+    integral_gain, integral_limit = numbers[INTEGRAL_GAIN], numbers[INTEGRAL_LIMIT]
     return PlantedServo(joint, *numbers[:LAW_NUMBERS])._replace(
+        integral_gain=integral_gain,
+        integral_limit=integral_limit,
         command_rate=drive.command_rate_limit,
         control_period=period,
         first_look=first_look,

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.swing.effects import Effect, effect_named
+from synth.swing.integral_starts import started_integrals
+from synth.swing.known_torque import Linear
 from synth.swing.lane_groups import LaneGroups, Memories, Switches, full_group
 from synth.swing.lane_layout import (
     CURVE_POINTS,
     FIRST_LAW,
     HOLDING,
+    INTEGRAL,
     MOST_LINKS,
     MOST_MEMORIES,
     SERVOS,
@@ -133,17 +136,23 @@ class ActiveEffects:
         friction would cost steps.
         """
         on: list[tuple[str, int]] = []
+        if active[1, SERVOS]:
+            gain, period = (lanes[self.layout.rows(block)] for block in ("servo_integral_gain", "servo_period"))
+            on += [(INTEGRAL, j) for j in np.flatnonzero(np.any((gain != 0.0) & (period == 0.0), axis=1)).tolist()]
         for index, effect, _, _, strengths in self._memory_rows:
             if active[1, index]:
                 joints = np.flatnonzero(np.any(lanes[strengths] != 0.0, axis=(0, 2)))
                 on += [(effect.name, j) for j in joints.tolist()]
         return tuple(on)
 
-    def states(self, active: Switches, workspace: Array, on: Memories) -> tuple[Any, ...]:
+    def states(self, active: Switches, workspace: Array, on: Memories, known: Linear, start: float) -> tuple[Any, ...]:
         """Rows of memories and their derivatives, tolerance factors and events; memories are set to their start values.
 
-        ``on`` : the result of ``remembered``.
+        ``on`` : the result of ``remembered``; ``known`` : what acts, as the integrator takes it, from ``start`` s on.
         """
+        signals = known[1].shape[1] > self.layout.n
+        if signals and active[1, SERVOS] and np.any(workspace[self.layout.rows("servo_integral_gain")]):
+            started_integrals(self.layout, workspace, known, start)
         for index, effect, memory, rows, _ in self._memory_rows:
             if active[1, index]:
                 deflection = workspace[self.layout.rows("rotation")] - workspace[self.layout.rows("rest")]
@@ -166,10 +175,12 @@ class ActiveEffects:
         if len(on) > MOST_MEMORIES:
             raise ValueError(f"{len(on)} memories of effects at once; the integrator can hold {MOST_MEMORIES}")
         state, derivative = layout.memories(on)
-        factors = np.array([BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on])
+        laws = [None if name == INTEGRAL else effect_named(name) for name, _ in on]
+        factors = np.array([BEND_TOLERANCE if law is not None and law.bristle else 1.0 for law in laws])
         bends, plays = (np.full((len(on), width), -1, dtype=np.int64) for width in (2, 3))
-        for index, (name, joint) in enumerate(on):
-            effect = effect_named(name)
+        for index, (effect, (name, joint)) in enumerate(zip(laws, on, strict=True)):
+            if effect is None:
+                continue
             if effect.bristle:
                 give = layout.parameter_rows(name, effect.index(effect.bristle)).start
                 bends[index] = MOST_LINKS + joint, give + joint

@@ -316,9 +316,9 @@ class Chain:
             integrate, *called = self._smooth if active.any() else self._plain
         inputs = () if rubbing else (known, commands_held)
 
-        def step(room: Array, *rest: Any) -> None:
-            states = self.acting.states(active, room[WORKING:].reshape(-1, LANES), memories)
-            integrate(*called, room, n, states, active, *inputs, *rest)
+        def step(room: Array, times: Array, *rest: Any) -> None:
+            states = self.acting.states(active, room[WORKING:].reshape(-1, LANES), memories, known, times[0])
+            integrate(*called, room, n, states, active, *inputs, times, *rest)
 
         return step
 

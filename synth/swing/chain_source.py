@@ -13,6 +13,8 @@ from synth.swing.lane_layout import (
     CURVE_POINTS,
     DUTY,
     FIRST_LAW,
+    INTEGRAL,
+    INTEGRAL_LAW,
     LANES,
     MOST_LINKS,
     SOURCE,
@@ -148,7 +150,7 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 
     header = (
         HEADER
-        + "from synth.drives.servo_law import limited, servo_duty, unlimited_torque\n"
+        + "from synth.drives.servo_law import integral_change, limited, servo_duty, unlimited_torque\n"
         + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
     )
     each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # the mask excludes negative indices
@@ -220,7 +222,7 @@ def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
     def beyond(block: str) -> str:
         return f"Z[{(layout.row(block) + 1) * LANES} + e]"
 
-    duty, winding = (", ".join(at(name) for name in names) for names in (DUTY, WINDING))
+    duty, winding, law = (", ".join(at(name) for name in names) for names in (DUTY, WINDING, INTEGRAL_LAW))
     # Behind a gear's play the controller reads the hinge of the play too, which is the next one; of the last joint the
     # row after its block is read, times zero.
     rotation, rate = (f"{at(name)} + {at('controlled_beyond')} * {beyond(name)}" for name in ("rotation", "rate"))
@@ -228,7 +230,11 @@ def _servos(layout: Layout, at: Callable[[str], str], each: str) -> list[str]:
         f"            scale = 1.0 + {at('controlled_scale')}",
         f"            error = {at('command')} - (scale * ({rotation}) + {at('controlled_offset')})",
         f"            turning = scale * ({rate})",
-        f"            duty = servo_duty(error, turning, {duty}) + {at('servo_open_duty')}",
+        f"            integral, most = {at(f'{INTEGRAL} memory')}, {at('servo_integral_limit')}",
+        "            integral = max(-most, min(most, integral))",  # a step may end a little beyond it
+        f"            duty = servo_duty(error, turning, {duty}, integral) + {at('servo_open_duty')}",
+        f"            change = integral_change(error, {at(f'{INTEGRAL} memory')}, {law})",
+        f"            {at(f'{INTEGRAL} memory rate')} = {at('enabled')} * change",
     ]
     warm = _warm(layout, at)
     free = f"free = unlimited_torque(duty, {at('rate')}, {{}}, {winding}, {warm})"

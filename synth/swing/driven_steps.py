@@ -13,8 +13,8 @@ from typing import Any
 from numba import njit
 
 from synth.compiling.numba_internals import UNCOUNTED
-from synth.drives.servo_law import servo_duty
-from synth.swing.lane_layout import CONTROLLED, LANES, MOST_LINKS, Layout
+from synth.drives.servo_law import integral_change, servo_duty
+from synth.swing.lane_layout import CONTROLLED, INTEGRAL, INTEGRAL_LAW, LANES, MOST_LINKS, Layout
 
 # First indices of these blocks in the workspace, the same for every number of links.
 TORQUE, GAIN, OFFSET, DELAY, LATE, SIGNALS, KNOWN, DRIVE = (
@@ -31,6 +31,8 @@ ROTATION, RATE, DUTY_GAIN, DAMPING, DEAD, MOST_DUTY, PERIOD, PHASE, STEPS, HELD,
         "servo_phase", "servo_duty_steps", "held_duty", "next_control",
     )
 )  # fmt: skip
+_, INTEGRAL_GAIN, INTEGRAL_LIMIT = (Layout(1).row(block) * LANES for block in INTEGRAL_LAW)
+SUMMED, ENABLED = (Layout(1).row(block) * LANES for block in (f"{INTEGRAL} memory", "enabled"))
 BEYOND, SEEN_SCALE, SEEN_OFFSET = (Layout(1).row(block) * LANES for block in CONTROLLED)
 SLEW_RATE, SLEW_FROM, SLEW_SINCE, SLEW_GOAL, SLEW_SHOWN, SLEW_SLOPE, SLEW_SHORT = (
     Layout(1).row(block) * LANES
@@ -284,13 +286,19 @@ def _control(Z, n, j, known, commands_held, t, sample, start):  # type: ignore[n
                 Z[SLEW_FROM + e] = command
             command = _limited_step(Z, e, command, period)
         scale = 1.0 + Z[SEEN_SCALE + e]
+        error = command - (scale * (Z[ROTATION + e] + Z[BEYOND + e] * Z[ROTATION + e + LANES]) + Z[SEEN_OFFSET + e])
+        if not start:
+            change = integral_change(error, Z[SUMMED + e], Z[DEAD + e], Z[INTEGRAL_GAIN + e], Z[INTEGRAL_LIMIT + e])
+            grown = Z[SUMMED + e] + Z[ENABLED + e] * change * period
+            Z[SUMMED + e] = min(max(grown, -Z[INTEGRAL_LIMIT + e]), Z[INTEGRAL_LIMIT + e])
         duty = servo_duty(
-            command - (scale * (Z[ROTATION + e] + Z[BEYOND + e] * Z[ROTATION + e + LANES]) + Z[SEEN_OFFSET + e]),
+            error,
             scale * (Z[RATE + e] + Z[BEYOND + e] * Z[RATE + e + LANES]),
             Z[DUTY_GAIN + e],
             Z[DAMPING + e],
             Z[DEAD + e],
             Z[MOST_DUTY + e],
+            Z[SUMMED + e],
         )
         steps = Z[STEPS + e]
         if steps > 0.0:

@@ -29,18 +29,21 @@ WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
 # Parameters of a servo: of its duty and of its winding in the order of ``drives.servo_law``'s arguments, the delay of
 # its command, its control steps: period and first of them (s; period 0: continuous), steps of its duty (0: none),
-# the conductance of its winding on the leg's common source, 1/ohm (0: not fed by it), and the limit of its command's
-# rate, rad/s (0: none).
+# the conductance of its winding on the leg's common source, 1/ohm (0: not fed by it), the limit of its command's rate,
+# rad/s (0: none), and gain and limit of its integral.
 DUTY = ("servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit")
 WINDING = ("servo_strength", "servo_back_emf", "servo_sag")
 CONTROL = ("servo_period", "servo_phase", "servo_duty_steps")
 SERVO = (
     *DUTY, "servo_open_duty", "servo_strength", "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
-    *CONTROL, "servo_conductance", "servo_command_rate",
+    *CONTROL, "servo_conductance", "servo_command_rate", "servo_integral_gain", "servo_integral_limit",
 )  # fmt: skip
 # What a servo controls, on q: its joint's rotation, with the next hinge's if its encoder sits behind a gear's play (1;
 # else 0), times one more than the scale error, plus the offset.
 CONTROLLED = ("controlled_beyond", "controlled_scale", "controlled_offset")
+# The law of a servo's integral, a memory as those of effects are, and its numbers in the order of ``integral_change``.
+INTEGRAL = "servo integral"
+INTEGRAL_LAW = ("servo_dead_band", "servo_integral_gain", "servo_integral_limit")
 SIGNALS = ("command", "supply", "enabled")  # of a servo at the current time: rad on q, V, 1 or 0
 # Index of the servos' switch; its value where some duty is held between control steps, else 1; and what is added where
 # a common source has a resistance.
@@ -65,6 +68,7 @@ _ONE_A_JOINT = (
     # command that it approaches; the line by which it counts until it changes course again, its start (rad) and slope
     # (rad/s); an interval in which that line stands for a bent one (s, see ``driven_steps``).
     "slew_from", "slew_since", "slew_goal", "slew_shown", "slew_slope", "slew_short",
+    f"{INTEGRAL} memory", f"{INTEGRAL} memory rate",  # duty, and its rate of change
     "held_duty", "next_control",  # of a servo with control steps: its duty, and the time of its next look, s
 )  # fmt: skip
 _FOR_EFFECTS = (

@@ -19,7 +19,7 @@ IN_TIME = {
     "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
     "curve_slope": -1, "torque_offset": -2, "torque_delay": 1, "servo_damping_gain": 1, "servo_strength": -2,
     "servo_back_emf": -1, "servo_torque_limit": -2, "servo_delay": 1, "servo_period": 1, "servo_phase": 1,
-    "servo_command_rate": -1, "slew_short": 1, "slew_slope": -1,
+    "servo_command_rate": -1, "servo_integral_gain": -1, "slew_short": 1, "slew_slope": -1,
     "drive_torque": -2, "known_torque": -2,
 }  # fmt: skip
 

@@ -40,7 +40,7 @@ class LegLanes:
     ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
     rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns with the
     joint, its rotor included); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several
-    servos; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (15, n,
+    servos; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (17, n,
     n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the
     current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated
     resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet in ``servo``
@@ -285,7 +285,7 @@ class LegLanes:
         )
 
     def servo_numbers(self) -> Array:
-        """(15, n, n_lane) ``servo`` with its windings' lag, and the lower one of both torque limits."""
+        """(17, n, n_lane) ``servo`` with its windings' lag, and the lower one of both torque limits."""
         numbers = delayed(self.servo, self.lag)
         limit = numbers[SERVO.index("servo_torque_limit")]
         np.minimum(limit, self.torque_limit, out=limit)
@@ -356,7 +356,7 @@ class LegLanes:
 
 
 def _servos(leg: Leg, n_lane: int) -> Array:
-    """(15, n, n_lane) parameters of each joint's servo in the order of ``SERVO`` without its lag, 0 without a servo."""
+    """(17, n, n_lane) parameters of each joint's servo in the order of ``SERVO`` without its lag, 0 without a servo."""
     numbers = np.zeros((len(SERVO), len(leg.joints), n_lane))
     shared = fed_together([joint.drive for joint in leg.joints])
     for index, joint in enumerate(leg.joints):

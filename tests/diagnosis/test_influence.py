@@ -81,6 +81,20 @@ def test_only_some_recordings_are_refitted_without() -> None:
     assert sorted([*dict(hangs.turned), *hangs.open]) == [f"{k}.csv" for k in range(len(bench.trials))]
 
 
+def test_several_pieces_of_a_recording_are_counted_not_listed() -> None:
+    """The note listed each window of a recording that is compared in pieces: "trials/01.csv from 0.056 s, ..."."""
+    first, second = TRIALS[:2]
+    cuts = range(0, len(first.time), len(first.time) // 4)
+    pieces = [first.piece(begin, begin + len(first.time) // 4) for begin in [*cuts][:4]]
+    name = first.recording.name
+    assert influence.names_of_pieces([*pieces, second], [0, 2, 3, 4]) == (
+        f"3 of the 4 pieces of {name}",
+        second.recording.name,
+    )
+    assert influence.names_of_pieces([*pieces, second], [1]) == (pieces[1].recording.name,)
+    assert influence.names_of_pieces([first, second], [0, 1]) == (name, second.recording.name)
+
+
 def test_an_accepted_cause_that_is_not_among_the_heaviest_is_asked_too() -> None:
     """What all tied sets share may be accepted without being among those that are evaluated again."""
     bench, found = assessed_of(with_effects(off(TWO, 4), FRICTION), (0,), "coulomb_friction")

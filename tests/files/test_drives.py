@@ -51,6 +51,16 @@ def leg_file(folder: Path, drive: str) -> Path:
             Servo(20.0, 0.5, torque_limit=3.0),
         ),
         (
+            "{kind: servo, gain: 20 N*m/rad, integral_gain: 30 N*m/(rad*s), integral_limit: 0.8 N*m}",
+            Servo(20.0, integral_gain=30.0, integral_limit=0.8),
+        ),
+        (
+            "{kind: servo, gain: 2 1/rad, integral_gain: 6 1/(rad*s), integral_limit: 30 %, supply: 12 V, "
+            + MOTOR
+            + "}",
+            Servo(2.0, supply=12.0, motor=GearedMotor(3.5, 2e-3, 200.0, 0.8), integral_gain=6.0, integral_limit=0.3),
+        ),
+        (
             "{kind: servo, gain: 20 N*m/rad, command_rate_limit: 180 deg/s}",
             Servo(20.0, command_rate_limit=np.pi),
         ),

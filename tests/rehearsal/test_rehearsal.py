@@ -474,7 +474,10 @@ def test_one_case_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main([*words, "--count", "1"]) == 0
     first = json.loads((tmp_path / "out" / "rehearsal.json").read_text())
     assert first["plants"][0]["verdict"] in ("effect", "tie", "none", "unknown")
-    assert "Smallest sizes found" in (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Smallest sizes found" in page
+    assert "0 of 0" not in page  # of kinds of which none was planted
+    assert "if large, diagnosed as" not in page
     capsys.readouterr()
     assert main([*words, "--count", "1"]) == 0  # nothing is left to do, and nothing is done
     assert "reusing finished cases of the same input files" in capsys.readouterr().out

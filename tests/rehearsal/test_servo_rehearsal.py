@@ -73,6 +73,25 @@ def test_the_generator_s_servo_moves_a_leg_as_the_other_engine_does(tmp_path: Pa
         assert np.degrees(np.sqrt(np.mean((ours[:, :1] - theirs) ** 2))) < 0.005
 
 
+@pytest.mark.parametrize("period", [0.0, 0.01], ids=["continuous", "in control steps"])
+def test_an_integral_is_the_same_in_both_engines(tmp_path: Path, period: float) -> None:
+    """It begins with the load, meets its limit, and returns."""
+    motor = replace(SERVO.motor, inductance=0.0)
+    servo = replace(SERVO, motor=motor, integral_gain=20.0, integral_limit=0.5, control_period=period)
+    leg = replace(ARM, joints=(replace(ARM.joints[0], drive=servo),))
+    project = read_gap_project(written(tmp_path / "mine", leg))
+    rig = users_rig(project)
+    for recording, trial, times in zip(recordings(project.leg, project.trials, ()), rig.trials, rig.times, strict=True):
+        assert trial.speed is not None
+        ours, without = (
+            simulate(each, trial.pose, trial.speed, times, tolerance=1e-8, signals=recording.signals)[:, :1]
+            for each in (project.leg, ARM)
+        )
+        theirs = release(Truth(rig.nominal), trial, 2e-5).at(times)  # a step over a bend of the law is of first order
+        assert np.degrees(np.sqrt(np.mean((ours - theirs) ** 2))) < 0.005
+        assert np.degrees(np.sqrt(np.mean((ours - without) ** 2))) > 1.0
+
+
 def test_each_of_two_servos_has_its_own_numbers(tmp_path: Path) -> None:
     """The second one read beyond its table once, and turned as it liked."""
     other = replace(SERVO, gain=4.0, motor=replace(SERVO.motor, resistance=5.0))

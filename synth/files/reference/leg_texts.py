@@ -45,6 +45,10 @@ KEYS: dict[str, str] = {
     "drive.kind": "`servo` follows a commanded angle, `voltage` a known voltage, `torque` a known current or torque.",
     "drive.gain": "Torque (with a motor: duty) per angle from the command.",
     "drive.damping_gain": "Torque (with a motor: duty) per speed.",
+    "drive.integral_gain": "Torque (with a motor: duty) per angle from the command and time, summed up; a log begins "
+    "with the sum that holds its first angle.",
+    "drive.integral_limit": "Largest torque (with a motor: duty) of the integral, which then stops to grow; without it "
+    "that of the whole controller.",
     "drive.delay": "Time from the recorded command to its effect.",
     "drive.dead_band": "Error of angle within which the servo does nothing.",
     "drive.limit": "One of the three limits below, by its unit: of the torque, the current or the duty.",

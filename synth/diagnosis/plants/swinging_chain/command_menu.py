@@ -24,12 +24,13 @@ from synth.diagnosis.plants.swinging_chain.command_programme import Programme
 from synth.diagnosis.plants.swinging_chain.command_shapes import COMMAND_RATE, Shape, limit_rate, shapes
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.diagnosis.workbench import Workbench
-from synth.drives.servo import Servo, ServoSignals
+from synth.drives.servo import Servo, ServoSignals, integral_along
 from synth.files.next_command import JointLimits, NextCommand
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
-from synth.swing.leg_model import Leg
+from synth.swing.integral_starts import held_integrals
+from synth.swing.leg_model import Leg, Tip
 from synth.swing.mechanics import rest_pose
 
 LIMIT_PERCENTILE = 98.0  # % of the time, so that a single outlier is no limit
@@ -170,14 +171,17 @@ class CommandMenu:
         if not np.all(np.isfinite(motion)):
             return np.inf
         speed = np.gradient(motion, 1.0 / COMMAND_RATE, axis=0)
-        worst = 0.0
+        worst, supply = 0.0, np.array([j.drive.supply if isinstance(j.drive, Servo) else 1.0 for j in self.leg.joints])
+        starts = held_integrals(self.leg, Tip(), 0.0, motion[0], supply)
         for j, joint in enumerate(self.leg.joints):
             if not isinstance(joint.drive, Servo):
                 continue
             worst = max(worst, float(np.abs(speed[:, j]).max()) / self.limits.speed[j])
             if np.isfinite(self.limits.torque[j]):
                 ahead = command[1:, j] - motion[:-1, j]  # a servo sees a step at once, before the joint moves
-                torque = joint.drive.torque(ahead, speed[:-1, j], joint.drive.supply)
+                numbers, on = np.array(joint.drive.numbers), np.ones(len(ahead))
+                integral = integral_along(self.time[1:], ahead, on, numbers, starts[j])
+                torque = joint.drive.torque(ahead, speed[:-1, j], joint.drive.supply, integral=integral)
                 worst = max(worst, float(np.abs(torque).max()) / self.limits.torque[j])
         return worst
 

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.drives.servo import OF_THE_LAW, Servo, ServoSignals
+from synth.drives.servo import OF_THE_LAW, Servo, ServoSignals, integral_along
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
 from synth.swing.chain import Conditions
 from synth.swing.damper_curves import torque_at
 from synth.swing.effects import Effect, effect_named
 from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
+from synth.swing.integral_starts import held_integrals
 from synth.swing.known_torque import average_torques, delay_torques
 from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes, in_rotation
@@ -80,23 +81,26 @@ def driving_torques(leg: Leg, recording: Recording) -> Array | None:
         times, known = recording.known_torque
         torque += average_torques(delay_torques((times, (1.0 + gain) * known + offset), delay), recording.smoothed.time)
     if recording.signals is not None:
-        torque += _servo_torques(leg, legs.servo_numbers()[:, :, 0], recording.signals, recording.smoothed)
+        torque += _servo_torques(leg, legs.servo_numbers()[:, :, 0], recording.signals, recording)
     return torque
 
 
-def _servo_torques(leg: Leg, numbers: Array, signals: ServoSignals, smoothed: Smoothed) -> Array:
-    """(n_time, n) N m on q of servos with these ``numbers`` (15, n), in the order of ``SERVO``."""
+def _servo_torques(leg: Leg, numbers: Array, signals: ServoSignals, recording: Recording) -> Array:
+    """(n_time, n) N m on q of servos with these ``numbers`` (17, n), in the order of ``SERVO``."""
     from synth.drives.servo_law import servo_torque  # with numba, see ``Servo.torque``
 
     along = np.vectorize(servo_torque.py_func, otypes=[float])
+    smoothed, conditions = recording.smoothed, recording.conditions
     command, supply, enabled = signals.at(smoothed.time, numbers[SERVO.index("servo_delay")])
     torque = np.zeros_like(smoothed.angle)
+    starts = held_integrals(leg, conditions.tip, conditions.tilt, smoothed.angle[0], supply[0])
     for j, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
             error, law = command[:, j] - smoothed.angle[:, j], numbers[:OF_THE_LAW, j].tolist()
             inputs = [error, smoothed.rate[:, j], supply[:, j], enabled[:, j]]
             warm = _winding_resistance(joint, smoothed.time, inputs, law)
-            torque[:, j] = along(*inputs, *law, warm)
+            integral = integral_along(smoothed.time, error, enabled[:, j], numbers[:, j], starts[j])
+            torque[:, j] = along(*inputs, *law, warm, integral)
     return torque
 
 
