@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from hopper.hoppers import catalogue
 from hopper.recorded import DESIGN, PART, changed, write
@@ -49,3 +50,22 @@ def test_a_supply_resistance_of_nine_deviations_is_within_its_interval(tmp_path:
     low, high = (sag.named(fit.unknowns[-1:] + side * width)["resistance"] for side in (-1.0, 1.0))
     assert low < SAG < high
     assert high - low < 1.0
+
+
+def test_dry_gear_friction_is_told_with_what_the_motors_own_tolerance_takes(tmp_path: Path) -> None:
+    """Of two motors the mean of their tolerances, as for torque constant and inductance."""
+    (tmp_path / "hopper.yaml").write_text(DESIGN)
+    lines = ["kind: gap", "leg: hopper.yaml", "trials:"]
+    for ratio in (150, 100):
+        write(tmp_path / f"{ratio}.csv", sagging(0.12, ratio, ratio))
+        lines.append(f'  - {{file: {ratio}.csv, motor: "{PART.format(ratio)}", length: 120 mm}}')
+    (tmp_path / "gap.yaml").write_text("\n".join(lines) + "\n")
+    plant = JumpingLeg(read_hopper_gap_project(tmp_path / "gap.yaml"), catalogue())
+    tolerances, jumps = plant.bench.predictor.tolerances, plant.bench.trials[0].jumps
+    x = np.zeros(tolerances.size)
+    own = float(jumps.friction[0])
+    assert tolerances.against_design("gear_friction", {"torque": 6e-4}, jumps, x) == {"torque": 6e-4}
+    for group, deviations in enumerate((2.0, 0.0)):
+        x[tolerances.at("friction", group)] = deviations
+    told = tolerances.against_design("gear_friction", {"torque": 6e-4}, jumps, x)["torque"]
+    assert told == pytest.approx(6e-4 + own * (np.exp(tolerances.tolerance.friction) - 1.0))

@@ -101,7 +101,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
     def against_design(
         self, candidate: ShapedEffect, values: Mapping[str, float], tolerances: Array
     ) -> dict[str, float]:
-        """Shares, damping and inductance against the design's numbers."""
+        """Shares, friction, damping and inductance against the design's numbers."""
         jumps = self.bench.trials[0].jumps
         return self.bench.predictor.tolerances.against_design(candidate.key[0], values, jumps, tolerances)
 

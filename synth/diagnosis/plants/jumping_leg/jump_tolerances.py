@@ -75,6 +75,8 @@ class JumpTolerances:
 
         if effect == "torque_constant":
             found["share"] = factor("motor") * (1.0 + found["share"]) - 1.0
+        elif effect == "gear_friction" and "torque" in found:
+            found["torque"] += float(jumps.friction[0]) * (factor("friction") - 1.0)
         elif effect == "gear_friction" and "loss" in found:
             found["loss"] = 1.0 - factor("efficiency") * (1.0 - found["loss"])
         elif effect == "joint_damping":
