@@ -23,10 +23,10 @@ class Block:
     """Legs that differ little from the first and share its integration steps, at most as many as the lanes.
 
     ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then the candidates' unknowns; ``state``
-    (n_trial, 2 n + 2 m, n_lane): true (not measured) rotations and rates at each trial's start; below them, two per
-    link that the designed leg's structures add, then two per link that the candidates add, its deflection and rate
-    relative to the state when held, whitened. Links without an entry start as if held. One column if all lanes start
-    alike.
+    (n_trial, 2 n + k + 2 m, n_lane): true (not measured) rotations and rates at each trial's start; below them one per
+    controller with a memory, then two per link that the designed leg's structures add, then two per link that the
+    candidates add, its deflection and rate: all relative to the state when held, whitened. What has no entry starts as
+    if held. One column if all lanes start alike.
     """
 
     hypothesis: Hypothesis
@@ -52,6 +52,10 @@ class LanePredictor(Protocol):
     @property
     def stated_links(self) -> int:
         """Number of links of the designed leg's structures, which have initial states of their own in each trial."""
+
+    @property
+    def stated_memories(self) -> int:
+        """Number of the designed leg's controllers with a memory, an initial state of its own in each trial."""
 
     def coarser(self, tolerance: float) -> Self:
         """The same, integrated to another relative tolerance."""
@@ -81,5 +85,8 @@ class LanePredictor(Protocol):
 
 
 def state_size(predictor: LanePredictor, n_joint: int, hypothesis: Hypothesis) -> int:
-    """Number of a trial's initial states: two for each joint, and for each link of a structure, stated or candidate."""
-    return 2 * (n_joint + predictor.stated_links + sum(candidate.links for candidate in hypothesis))
+    """Number of a trial's initial states: two for each joint and link of a structure, stated or candidate, one for each
+    controller's memory.
+    """
+    links = predictor.stated_links + sum(candidate.links for candidate in hypothesis)
+    return predictor.stated_memories + 2 * (n_joint + links)

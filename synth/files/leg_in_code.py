@@ -35,7 +35,8 @@ PARTS: dict[str, tuple[type[FileModel], type[Any]]] = {
     "spring": (SpringKeys, Spring),
     "damper": (DamperKeys, Damper),
 }
-UNBOUNDED = ("torque_limit", "current_limit", "resistance")  # of a drive: infinite where there is none, or not known
+# Of a drive: infinite where there is none, or not known.
+UNBOUNDED = ("torque_limit", "current_limit", "integral_limit", "resistance")
 EFFECTS = '{"coulomb_friction": {"torque": 0.05}}'
 ABSENT = object()
 

@@ -18,9 +18,9 @@ def started_integrals(layout: Layout, workspace: Array, known: Linear, start: fl
     """Write the integrals of all servos at the state in the ``workspace`` (n_row, n_lane) to its rows.
 
     At rest an integral has taken over the whole load, so it begins with the duty whose torque holds its joint against
-    gravity and spring at the first angle, within its limit. ``known`` : signals in columns of n, of which the third is
-    the supply, at ``start`` s. Effects do not count: what friction, or a source that several servos share, adds to the
-    load is not known to the controller's log either.
+    gravity and spring at the first angle, plus what the rows hold so far, within its limit. ``known`` : signals in
+    columns of n, of which the third is the supply, at ``start`` s. Effects do not count: what friction, or a source
+    that several servos share, adds to the load is not known to the controller's log either.
     """
     rows = {
         name: workspace[layout.rows(name)]
@@ -35,7 +35,22 @@ def started_integrals(layout: Layout, workspace: Array, known: Linear, start: fl
     limit = workspace[layout.rows("servo_integral_limit")]
     acts = rows["servo_integral_gain"] != 0.0
     found = holding_duty(np.where(acts, load, 0.0), rows["servo_strength"] * supply, rows["servo_sag"])
-    workspace[layout.rows(f"{INTEGRAL} memory")] = np.clip(found, -limit, limit)
+    integral = workspace[layout.rows(f"{INTEGRAL} memory")]
+    np.clip(found + integral, -limit, limit, out=integral)
+
+
+def usual_departures(leg: Leg) -> dict[int, float]:
+    """Joint -> duty, or N m without a motor, by which its servo's integral may differ from that of ``held_integrals``.
+
+    In a log that begins while the leg moves, or with friction that carries some of the load. The gains bound it
+    loosely: what an error of a radian, held for a second, would give, and no more than the integral's limit.
+    """
+    servos = {j: joint.drive for j, joint in enumerate(leg.joints) if isinstance(joint.drive, Servo)}
+    return {
+        j: min(servo.numbers[INTEGRAL_LIMIT], servo.gain + servo.integral_gain)
+        for j, servo in servos.items()
+        if servo.integral_gain
+    }
 
 
 def held_integrals(leg: Leg, tip: Tip, tilt: float, angle: Array, supply: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.swing.lane_layout import LANES, Layout
+from synth.swing.lane_layout import INTEGRAL, LANES, Layout
 
 Memories = tuple[tuple[str, int], ...]  # effect and joint
 Switches = NDArray[np.int64]  # (2, 2 + n_law), see ``ActiveEffects.active``
@@ -21,8 +21,9 @@ class LaneGroups:
 
     ``lanes`` : each (n_row, 16), copies of the first lane behind its own; of groups in which nothing is on, only the
     first ``Layout.n_plain`` rows; ``widths`` : numbers of own lanes; ``bent``, ``memories`` : the results of ``bends``
-    and ``remembered``. ``state`` (n_motion, 2 n, n_lane) rad, rad/s of all groups in order: initial rotations and rates
-    of each motion instead of those in ``lanes``; ``begins`` : the index of its first sample.
+    and ``remembered``. ``state`` (n_motion, 2 n or 3 n, n_lane) rad, rad/s of all groups in order: initial rotations
+    and rates of each motion instead of those in ``lanes``, and what its servos' integrals begin with beside that
+    which holds them, duty; ``begins`` : the index of its first sample.
     """
 
     lanes: Sequence[Array]
@@ -34,7 +35,7 @@ class LaneGroups:
     begins: Sequence[int] = (0,)
 
     def starting(self, state: Array, begins: Sequence[int] = (0,)) -> LaneGroups:
-        """The same legs from other initial states (n_motion, 2 n, n_lane), in motions that begin at these samples."""
+        """The same legs from other initial states, see ``LaneGroups``, in motions that begin at these samples."""
         return replace(self, state=state, begins=begins)
 
     def write(self, index: int, flat: Array, factors: Array | None) -> None:
@@ -54,8 +55,9 @@ class LaneGroups:
             return
         workspace, width = flat.reshape(-1, LANES), self.widths[index]
         state = self.state[motion]
-        for block, first in (("rotation", 0), ("rate", layout.n)):
-            place = layout.rows(block)
+        blocks = ("rotation", "rate", f"{INTEGRAL} memory")[: len(state) // layout.n]
+        for number, block in enumerate(blocks):
+            place, first = layout.rows(block), number * layout.n
             rows = workspace[place]
             rows[:, :width] = state[first : first + layout.n, own]
             rows[:, width:] = rows[:, :1]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.drives.servo import UNLIMITED, Servo, TorqueDrive, delayed, fed_together
+from synth.drives.servo import INTEGRAL_LIMIT, UNLIMITED, Servo, TorqueDrive, delayed, fed_together
 from synth.errors import UserError
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
@@ -362,6 +362,7 @@ def _servos(leg: Leg, n_lane: int) -> Array:
     for index, joint in enumerate(leg.joints):
         if isinstance(joint.drive, Servo):
             numbers[:, index] = np.array(replace(joint.drive, torque_limit=np.inf).without_lag)[:, None]
+            numbers[INTEGRAL_LIMIT, index] = joint.drive.without_lag[INTEGRAL_LIMIT]  # that by the torque's limit too
             if index not in shared:
                 numbers[SERVO.index("servo_conductance"), index] = 0.0
     return numbers

@@ -126,6 +126,7 @@ def test_every_mistake_is_told_at_once() -> None:
 
 DRIVES = [
     Servo(20.0, 0.5, delay=0.01, torque_limit=3.0),
+    Servo(20.0, 0.5, integral_gain=60.0, integral_limit=1.0),
     Servo(2.0, motor=MOTOR, supply=12.0, control_period=1e-3, duty_steps=255.0),
     Servo(0.0, motor=replace(MOTOR, inductance=1e-3), open_duty=1.0),
     TorqueDrive(replace(MOTOR, resistance=inf)),

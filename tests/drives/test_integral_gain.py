@@ -127,8 +127,10 @@ def test_a_joint_that_a_servo_has_held_stays(servo: Servo) -> None:
         DUTY,
         replace(TORQUE, control_period=0.01),
         replace(DUTY, control_period=0.01),
+        replace(TORQUE, integral_limit=math.inf, torque_limit=0.9),
+        replace(DUTY, integral_limit=math.inf, duty_limit=0.5),
     ],
-    ids=["torque", "duty", "torque in steps", "duty in steps"],
+    ids=["torque", "duty", "torque in steps", "duty in steps", "limit of the torque", "limit of the duty"],
 )
 def test_steps_with_windup_against_scipy(servo: Servo) -> None:
     """Large steps drive the integral to its limit and back; it waits while the drive is off."""

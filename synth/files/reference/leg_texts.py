@@ -45,8 +45,8 @@ KEYS: dict[str, str] = {
     "drive.kind": "`servo` follows a commanded angle, `voltage` a known voltage, `torque` a known current or torque.",
     "drive.gain": "Torque (with a motor: duty) per angle from the command.",
     "drive.damping_gain": "Torque (with a motor: duty) per speed.",
-    "drive.integral_gain": "Torque (with a motor: duty) per angle from the command and time, summed up; a log begins "
-    "with the sum that holds its first angle.",
+    "drive.integral_gain": "Torque (with a motor: duty) per angle from the command and time, summed up. It "
+    "begins with the sum that holds the first angle; of a log, `synth gap` estimates it.",
     "drive.integral_limit": "Largest torque (with a motor: duty) of the integral, which then stops to grow; without it "
     "that of the whole controller.",
     "drive.delay": "Time from the recorded command to its effect.",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, NamedTuple
@@ -16,12 +15,19 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import unknown_slices
 from synth.diagnosis.lanes import Block, Hypothesis, PredictorCache
 from synth.diagnosis.plants.swinging_chain import lane_packing
+from synth.diagnosis.plants.swinging_chain.block_states import (
+    departures,
+    started_integral_sums,
+    starting_links,
+    states_of,
+)
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.lane_packing import chain_candidates
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.effects import effect_named
 from synth.swing.effects.definition import Effect, Way
+from synth.swing.integral_starts import usual_departures
 from synth.swing.lane_groups import LaneGroups
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
@@ -85,6 +91,16 @@ class Predictor:
         """Number of links of structures that the legs state, in one leg or another."""
         return sum(self._legs.started.values())
 
+    @property
+    def stated_memories(self) -> int:
+        """Number of servos with an integral."""
+        return len(self._integrals)
+
+    @cached_property
+    def _integrals(self) -> dict[int, float]:
+        """Joint -> the unit of its servo's initial integral, see ``Block``."""
+        return usual_departures(self.leg)
+
     @cached_property
     def _legs(self) -> TrialLegs:
         """The legs of all trials."""
@@ -147,17 +163,20 @@ class Predictor:
         between = ends[np.cumsum([len(group) for group in groups[:-1]], dtype=int)]
         recording = trials[0].recording
         common = self._common(trials[0], blocks, between, kept)
-        states = _states_of(blocks, widths, 2 * n)
+        states = states_of(blocks, widths, 2 * n)
         for trial, state in zip(trials, states, strict=True):
             self._hold(trial, common.readings, state)
         if common.added:
             own = self._legs.own_places(recording.leg or self.leg)
-            starting = [_starting_links(block.hypothesis, self._legs.started, own) for block in blocks]
-            added = [_departures(blocks, starting, i, 2 * n) for i in range(len(trials))]
+            starting = [starting_links(block.hypothesis, self._legs.started, own) for block in blocks]
+            below = 2 * n + len(self._integrals)
+            added = [departures(blocks, starting, i, below) for i in range(len(trials))]
             each, locked = zip(added, states, strict=True), recording.conditions.locked
-            states = np.stack([_initial_motion(common.added, departures, state, locked) for departures, state in each])
+            states = np.stack([_initial_motion(common.added, departed, state, locked) for departed, state in each])
         legs, chain = common.legs, common.chain
         joints = list(legs.own)
+        if self._integrals:
+            states = np.concatenate([states, started_integral_sums(blocks, widths, self._integrals, legs)], axis=1)
         known, signals = recording.known_torque, recording.signals
         if known is not None and legs.n > n:
             wide = np.zeros((len(known[0]), legs.n))
@@ -296,50 +315,6 @@ def _change_numbers(legs: LegLanes, candidate: Candidate, values: Array, lanes: 
     wide = np.zeros((len(values), legs.n_lane))
     wide[:, lanes] = values
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
-
-
-def _states_of(blocks: Sequence[Block], widths: Sequence[int], count: int) -> Array:
-    """The first ``count`` rows of the blocks' states (n_trial, count, n_lane); one column stands for all lanes."""
-    if all(block.state.shape[2] == 1 for block in blocks):
-        return np.repeat(np.concatenate([block.state[:, :count] for block in blocks], axis=2), widths, axis=2)
-    each = [
-        np.broadcast_to(block.state[:, :count], (len(block.state), count, width))
-        for block, width in zip(blocks, widths, strict=True)
-    ]
-    return np.concatenate(each, axis=2)
-
-
-def _starting_links(
-    hypothesis: Hypothesis, stated: Mapping[Place, int], own: AbstractSet[Place]
-) -> list[tuple[Place | None, int]]:
-    """Place and number of the links whose initial states a ``Block`` has, in its order; None for a place not used.
-
-    A candidate's replace those of the ``stated`` structure in its place, except at the leg's ``own`` places.
-    """
-    structures = [(c.place, c.links) for c in chain_candidates(hypothesis) if c.effect.way == "structure"]
-    replaced = {place for place, _ in structures} - own
-    kept = [(None if place in replaced else place, number) for place, number in stated.items()]
-    return [*kept, *((None if place in own else place, number) for place, number in structures)]
-
-
-def _departures(
-    blocks: Sequence[Block], starting: Sequence[Sequence[tuple[Place | None, int]]], trial: int, below: int
-) -> dict[Place, Array]:
-    """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``.
-
-    ``starting`` : of each block, see ``_starting_links``; their rows of its states begin at ``below``.
-    """
-    found: dict[Place, Array] = {}
-    first, total = 0, sum(block.unknowns.shape[1] for block in blocks)
-    for block, links in zip(blocks, starting, strict=True):
-        row, last = below, first + block.unknowns.shape[1]
-        for place, number in links:
-            given, row = block.state[trial, row : row + 2 * number], row + 2 * number
-            if place is not None and len(given):  # without an entry they start as if held
-                wide = found.setdefault(place, np.zeros((2 * number, total)))
-                wide[: len(given), first:last] = given  # of one column or of all
-        first = last
-    return found
 
 
 def _stated_beside(leg: Leg, way: Way, causes: Sequence[_LaneCandidate], n_lane: int) -> list[_LaneEffect]:
