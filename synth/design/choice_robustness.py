@@ -2,6 +2,11 @@
 
 The wanted leg is known only within the uncertainty of its fit. Each draw from that uncertainty (``fit.draws``) is a leg
 with another motion from the same releases. The chosen set and the next best sets are compared with every one of them.
+
+Sets are chosen by their expected error with tolerances, so they are compared by it here too: to the square of a set's
+nominal error against a drawn leg the tolerances add what they add to it against the fitted one, as independent
+deviations do. Nominal errors alone would name another set in every draw wherever tolerances decide the choice, however
+well the fit is known.
 """
 
 from __future__ import annotations
@@ -24,15 +29,20 @@ LEAST_BEST = 0.5  # of the draws: with a smaller fraction in which the chosen se
 
 @dataclass(frozen=True)
 class ChoiceRobustness:
-    """``errors`` (n_set, n_draw) rad: RMS over joints and releases of each set against each drawn leg."""
+    """``errors`` (n_set, n_draw) rad: RMS over joints and releases of each set, its parts nominal, against each draw.
+
+    ``wanted`` : (n_draw,) rad, RMS difference of each draw's own motion from the wanted one. ``added`` : (n_set,)
+    rad^2, what tolerances add to the square of a set's error.
+    """
 
     errors: Array
-    wanted: Array  # (n_draw,) rad, RMS difference of each draw's own motion from the wanted one
+    wanted: Array
+    added: Array
 
     @property
     def best(self) -> Array:
-        """(n_set,) fraction of draws in which a set is the best."""
-        counts = np.bincount(self.errors.argmin(axis=0), minlength=len(self.errors))
+        """(n_set,) fraction of draws in which a set is the best with its tolerances."""
+        counts = np.bincount((self.errors**2 + self.added[:, None]).argmin(axis=0), minlength=len(self.errors))
         return np.asarray(counts / self.errors.shape[1])
 
     @property
@@ -58,10 +68,13 @@ class ChoiceRobustness:
         }
 
 
-def choice_robustness(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> ChoiceRobustness | None:
+def choice_robustness(
+    wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg], added: Sequence[float]
+) -> ChoiceRobustness | None:
     """Compare sets of parts with legs drawn from the fit's uncertainty; None if the fit has no draws.
 
-    A drawn leg whose simulation diverges is left out; a set whose own does is off by pi throughout.
+    ``added`` : rad^2, of each set, as in ``ChoiceRobustness``. A drawn leg whose simulation diverges is left out; a set
+    whose own does is off by pi throughout.
     """
     if not fit.drawn:
         return None
@@ -78,4 +91,4 @@ def choice_robustness(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg
         square += np.nan_to_num((apart**2).sum(axis=(0, 1)), nan=np.pi**2 * apart.shape[0] * apart.shape[1])
         off += ((legs - nominal[:, joints, None]) ** 2).sum(axis=(0, 1))
         count += len(nominal) * len(joints)
-    return ChoiceRobustness(np.sqrt(square / count), np.sqrt(off / count))
+    return ChoiceRobustness(np.sqrt(square / count), np.sqrt(off / count), np.asarray(added, dtype=np.float64))

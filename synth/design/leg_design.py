@@ -226,7 +226,7 @@ def design_for(
 def with_report_figures(design: LegDesign, motion: SourceMotion) -> LegDesign:
     """The design with what only its report needs: the next best sets, forecasts, robustness and warnings."""
     sets = design.sets.shown()
-    robustness = choice_robustness(design.wanted, design.target, sets.legs)
+    robustness = choice_robustness(design.wanted, design.target, sets.legs, sets.added_by_tolerances)
     design = replace(design, sets=sets, robustness=robustness)
     warnings = _warnings(design, motion)
     if robustness is not None and robustness.warning is not None:

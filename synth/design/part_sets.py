@@ -71,9 +71,13 @@ class PartSet:
         """Spring and damper of each joint, as text."""
         return tuple((pair.spring.label, pair.damper.label) for pair in self.pairs)
 
+    @property
+    def expected_as_others(self) -> float:
+        """Expected error (rad), angles measured, by the draws of the other sets."""
+        return self.ready.expected if self.compared is None else self.compared
+
     def as_json(self, names: Sequence[str], chosen: PartSet) -> dict[str, Any]:
         """Parts by joint, predicted errors, and the difference of the expected error from the chosen set's."""
-        against = chosen.ready.expected if chosen.compared is None else chosen.compared
         return {
             "parts": {
                 name: {"spring": pair.spring.label, "damper": pair.damper.label}
@@ -82,7 +86,7 @@ class PartSet:
             "rms": quantity(self.error, "deg"),
             **self.forecast.as_json(),
             "free_angles_measured": self.ready.as_json(),
-            "cost": quantity(self.ready.expected - against, "deg"),
+            "cost": quantity(self.ready.expected - chosen.expected_as_others, "deg"),
         }
 
 
@@ -135,6 +139,11 @@ class SetsMade:
             swaps=table,
             judge=judge,
         )
+
+    @property
+    def added_by_tolerances(self) -> list[float]:
+        """Of each of ``sets``, what tolerances add to the square of its error, angles measured, rad^2."""
+        return [each.expected_as_others**2 - each.ready.nominal**2 for each in self.sets]
 
     @property
     def chosen(self) -> PartSet:

@@ -12,6 +12,7 @@ import pytest
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED
 from synth.design.choice_robustness import ChoiceRobustness, choice_robustness
+from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
 from synth.design.stages import releases as released
 from synth.fit.draws import DRAWS
@@ -64,7 +65,7 @@ def test_bootstrap_refits_are_used_as_draws() -> None:
 
 def test_the_exact_set_is_best_in_every_draw() -> None:
     fit, wanted = fit_of(robot(), 0.2)
-    found = choice_robustness(wanted, fit, [fit.leg, stiffer(fit.leg, "knee", 1.3)])
+    found = choice_robustness(wanted, fit, [fit.leg, stiffer(fit.leg, "knee", 1.3)], [0.0, 0.0])
     assert found is not None
     assert found.best.tolist() == [1.0, 0.0]
     assert found.errors[0] == pytest.approx(found.wanted, rel=1e-4)  # the first set is the fitted leg itself
@@ -79,17 +80,44 @@ def test_the_exact_set_is_best_in_every_draw() -> None:
 def test_indistinguishable_sets_give_a_warning() -> None:
     fit, wanted = fit_of(robot(), 0.5)
     sets = [stiffer(fit.leg, "knee", factor) for factor in (0.97, 1.03, 1.0)]
-    found = choice_robustness(wanted, fit, sets)
+    found = choice_robustness(wanted, fit, sets, [0.0] * 3)
     assert found is not None
     assert found.best[0] < 0.5
     assert found.warning is not None
     assert "depends on the uncertainty of the fit" in found.warning
 
 
+def test_where_tolerances_decide_the_choice_the_uncertainty_of_the_fit_is_not_blamed() -> None:
+    fit, wanted = fit_of(robot(), 0.2)
+    sets = [stiffer(fit.leg, "knee", 1.3), fit.leg]
+    far = choice_robustness(wanted, fit, sets, [0.0, 0.0])
+    assert far is not None
+    assert far.best.tolist() == [0.0, 1.0]
+    # The second set is nearer in every draw, but its parts scatter by more than the first is off.
+    off = float(far.errors[0].max())
+    found = choice_robustness(wanted, fit, sets, [(0.1 * off) ** 2, (1.5 * off) ** 2])
+    assert found is not None
+    assert found.best.tolist() == [1.0, 0.0]
+    assert found.warning is None
+    assert found.as_json()["chosen"] == far.as_json()["chosen"]  # still with nominal parts
+
+
+def test_a_choice_by_tolerances_is_the_best_of_its_own_comparison() -> None:
+    nominal, ready = (0.018, 0.011), (0.028, 0.034)  # rad; the chosen set is the first
+    sets = [
+        SimpleNamespace(expected_as_others=expected, ready=SimpleNamespace(nominal=own))
+        for own, expected in zip(nominal, ready, strict=True)
+    ]
+    made: Any = SimpleNamespace(sets=sets)
+    assert SetsMade.added_by_tolerances.fget is not None
+    added = np.array(SetsMade.added_by_tolerances.fget(made))
+    assert np.sqrt(np.square(nominal) + added) == pytest.approx(ready)
+
+
 def test_without_draws_there_is_no_warning() -> None:
     fit, wanted = fit_of(robot(), 0.2)
-    assert choice_robustness(wanted, replace(fit, drawn=()), [fit.leg]) is None
-    assert ChoiceRobustness(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None
+    assert choice_robustness(wanted, replace(fit, drawn=()), [fit.leg], [0.0]) is None
+    assert ChoiceRobustness(np.array([[1.0, 2.0]]), np.array([1.0, 2.0]), np.zeros(1)).warning is None
 
 
 def test_a_set_that_diverges_is_off_by_pi_whatever_the_number_of_joints() -> None:
@@ -99,6 +127,6 @@ def test_a_set_that_diverges_is_off_by_pi_whatever_the_number_of_joints() -> Non
     release = SimpleNamespace(conditions=SimpleNamespace(locked=()))
     wanted: Any = SimpleNamespace(releases=[release], motions=[motion[:, :, 0]], simulate=simulated.__getitem__)
     fit: Any = SimpleNamespace(drawn="draws", leg=SimpleNamespace(joints=(1, 2, 3)))
-    made = choice_robustness(wanted, fit, sets)
+    made = choice_robustness(wanted, fit, sets, [0.0, 0.0])
     assert made is not None
     assert made.errors[:, 0] == pytest.approx([np.pi, 0.0])
