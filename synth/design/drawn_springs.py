@@ -31,7 +31,6 @@ from synth.spring.loose_test import loose_test, pin_distance
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign
 from synth.spring.spring_search import lasts
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import rest_pose
 from synth.units import quantity
 
 if TYPE_CHECKING:
@@ -220,7 +219,7 @@ def _with_springs(design: LegDesign, chosen: Sequence[SpringOption]) -> LegDesig
     before = design.built.spring_rate
     if np.allclose(rates, before, rtol=1e-9):
         return replace(design, springs=springs)
-    pose, joints = rest_pose(design.built), []
+    pose, joints = design.rest_pose, []
     for joint, rate, angle in zip(design.built.joints, rates, pose, strict=True):
         assert joint.spring is not None
         rest = float(angle + (joint.rest - angle) * joint.spring.rate / rate)
@@ -296,7 +295,7 @@ def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
     known = design.project.measured_springs
     if not known:
         return design, {}
-    pose, joints, settings = rest_pose(design.built), [], {}
+    pose, joints, settings = design.rest_pose, [], {}
     for index, joint in enumerate(design.built.joints):
         measured = known.get(joint.name)
         if measured is None:

@@ -11,7 +11,6 @@ from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
 from synth.design.stop_places import ASKED_STOP, STOP, Ends, moved_range, needed_range
 from synth.remarks import decisive
-from synth.swing.mechanics import rest_pose
 
 YIELD_SPARE = 2.0  # deg, from a stop to the spring's yield: an impact bends the printed stop horns by about one
 
@@ -76,7 +75,7 @@ def stops_of(design: LegDesign, j: int, travel: Ends, yields: Ends | None, notes
 
 def well_seated(design: LegDesign) -> LegDesign:
     """The design with each spring turned round that holds its joint's travel only in the other seat."""
-    pose, chosen = np.degrees(design.built.to_measured(rest_pose(design.built))), []
+    pose, chosen = np.degrees(design.built.to_measured(design.rest_pose)), []
     for j, option in enumerate(design.springs.chosen):
         needed = needed_range(drawn_range(design, j, float(pose[j])), asked=is_asked(design, j))
         here, there = (yields_of(design, j, closes) for closes in (option.closes, -option.closes))

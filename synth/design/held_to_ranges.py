@@ -23,7 +23,6 @@ from synth.design.stop_places import ASKED_STOP
 from synth.remarks import decisive
 from synth.swing.effects import joint_stop
 from synth.swing.leg_model import Joint, Leg
-from synth.swing.mechanics import rest_pose
 
 EFFECT = joint_stop.EFFECT.name
 STIFFER = 200.0  # of the spring's own rate: a joint leans a 200th of its spring's deflection into its stop
@@ -36,7 +35,7 @@ FAR_OFF = 2.0  # deg RMS of one joint: below the 3 deg of select.within, which i
 def stated_ranges(design: LegDesign) -> tuple[StatedRange, ...]:
     """The stated ranges of a design whose motions are simulated without stops, in the leg's order."""
     leg, found = design.built, []
-    rest = leg.to_measured(rest_pose(leg))
+    rest = leg.to_measured(design.rest_pose)
     for j, joint in enumerate(design.project.target.joints):  # the built leg's range is that of the drawn stops
         if joint.range is None:
             continue

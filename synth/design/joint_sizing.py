@@ -20,7 +20,6 @@ from synth.parts.part_candidates import MEASURE_IT
 from synth.remarks import noted
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
-from synth.swing.mechanics import rest_pose
 
 if TYPE_CHECKING:
     from synth.cad import JointDimensions, PrintDimensions
@@ -92,7 +91,7 @@ def _drawn_joints(
     notes: list[str],
 ) -> tuple[list[JointDimensions], list[Any]]:
     """Each joint, large enough for its loads, from links of ``tube`` (mm); the problems of circles of screws."""
-    pose = np.degrees(design.built.to_measured(rest_pose(design.built)))
+    pose = np.degrees(design.built.to_measured(design.rest_pose))
     fastest = fastest_rates(design.built_motions, [release.time for release in design.wanted.releases])
     joints, narrow = list[Any](), list[Any]()
     for j in range(len(design.built.joints)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import degrees, pi, radians, remainder
 from typing import Literal
 
@@ -42,7 +43,7 @@ from synth.fit.wanted_motion import with_other_legs
 from synth.parts.catalogs import Catalogue
 from synth.remarks import decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
-from synth.swing.mechanics import FROUDE, froude_time_scale, rest_pose
+from synth.swing.mechanics import FROUDE, froude_time_scale
 
 Effort = Literal["first", "found", "chosen", "full"]
 
@@ -93,6 +94,11 @@ class LegDesign:
     links: tuple[BuiltLink, ...] = ()  # with the drawn and bought parts on them; empty: nothing is drawn
     rounds: MassRounds | None = None
     ranges: tuple[StatedRange, ...] = ()  # that the target states
+
+    @cached_property
+    def rest_pose(self) -> Array:
+        """(n,) rad, in which the built leg comes to rest."""
+        return self.wanted.settled(self.built, self.built_motions)
 
     def arm_offset(self, joint: int) -> float:
         """Offset of the lower half's arm, rad, as drawn: free angle less the spring's and the upper arm's angle.
@@ -249,7 +255,7 @@ def joint_swings(design: LegDesign) -> list[JointSwing]:
 
 def _turned(target: Leg, leg: Leg, wanted: WantedResponse) -> list[float]:
     """How far each joint turns from stop to stop, rad, its stops as close as its range or its motion allow."""
-    poses = [*wanted.motions, rest_pose(leg)[np.newaxis]]
+    poses = [*wanted.motions, wanted.settled(leg, wanted.motions)[np.newaxis]]
     angles = np.degrees(np.concatenate([leg.to_measured(each) for each in poses]))
     found = []
     for j, joint in enumerate(target.joints):

@@ -25,7 +25,7 @@ from synth.spring.stress import bending_stress
 from synth.swing.damper_curves import clamps, thin
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg
-from synth.swing.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.mechanics import coefficients, static_torque
 
 FORMAT = "synth/page/1"
 MOST_RELEASES = 12  # in the page: each one adds to its size
@@ -45,12 +45,12 @@ def page_json(design: LegDesign, bill: Mapping[str, str] | None = None) -> dict[
     """The content of ``page.json``; ``bill``: each drawn part's line of the bill of materials, in words, by name."""
     leg = design.built
     fitted = [trial for trial in design.target.trials if not trial.held_out]
-    pose = rest_pose(design.wanted.leg)
+    pose = design.wanted.rest_pose
     torque = static_torque(coefficients(leg), pose, leg.tilt)
     return {
         "format": FORMAT,
         "versions": {"synth": synth.__version__},
-        "leg": leg_json(leg),
+        "leg": leg_json(leg, design.rest_pose),
         "replay": replay_json(leg, design.wanted, stems([trial.name for trial in fitted])),
         "joints": {
             joint.name: {
@@ -64,9 +64,9 @@ def page_json(design: LegDesign, bill: Mapping[str, str] | None = None) -> dict[
     }
 
 
-def leg_json(leg: Leg) -> dict[str, Any]:
-    """The leg's geometry and the elements at its joints; angles in degrees as measured."""
-    rest = np.degrees(leg.to_measured(rest_pose(leg)))
+def leg_json(leg: Leg, pose: Array) -> dict[str, Any]:
+    """The leg's geometry and the elements at its joints; angles in degrees as measured. ``pose`` (n,) rad, at rest."""
+    rest = np.degrees(leg.to_measured(pose))
     joints = []
     for j, (joint, angle) in enumerate(zip(leg.joints, rest, strict=True)):
         assert joint.spring is not None

@@ -19,7 +19,7 @@ from synth.design.response import WantedResponse
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.lane_layout import CURVE_POINTS, LANES
 from synth.swing.leg_model import Damper, Leg
-from synth.swing.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.mechanics import coefficients, static_torque
 from synth.threads import in_parallel, thread_count
 
 Index = NDArray[np.int64]
@@ -90,7 +90,7 @@ class PartLanes:
     @cached_property
     def holding(self) -> tuple[Array, Array]:
         """Wanted rest pose (n,) rad, and the torque (n,) N m that holds it against gravity."""
-        pose = rest_pose(self.wanted.leg)
+        pose = self.wanted.rest_pose
         return pose, static_torque(coefficients(self.leg), pose, self.leg.tilt)
 
     def rest(self, joint: int, rate: float) -> float:

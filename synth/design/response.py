@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.design.settled_pose import settled_pose
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.chain import Chain, Conditions, compiled_chain
 from synth.swing.leg_model import Leg, Spring
-from synth.swing.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.mechanics import coefficients, static_torque
 
 TUNING_STEPS = 8  # Gauss-Newton steps at most; a gain below ``TUNED`` ends them earlier
 TUNED_RELEASES = 7  # approximate number of releases that suffice to tune a spring; errors are computed over all
@@ -47,6 +49,15 @@ class WantedResponse:
         made = cls(leg, tuple(releases), (), chain)
         return replace(made, motions=tuple(motion[:, :, 0] for motion in made.simulate([leg])))
 
+    @cached_property
+    def rest_pose(self) -> Array:
+        """(n,) rad, in which the wanted leg comes to rest."""
+        return self.settled(self.leg, self.motions)
+
+    def settled(self, leg: Leg, motions: Sequence[Array]) -> Array:
+        """(n,) rad, in which a leg comes to rest that moves so from each release; see ``settled_pose``."""
+        return settled_pose(leg, motions, [release.conditions.locked for release in self.releases])
+
     def simulate(self, legs: Sequence[Leg]) -> list[Array]:
         """(m, n, n_leg) rad for each release; nan where the simulation of a leg fails."""
         layout = self.chain.layout
@@ -74,7 +85,7 @@ class WantedResponse:
 
     def at_rest_like_wanted(self, leg: Leg) -> Leg:
         """The leg with free angles changed so that its rest pose is the wanted leg's, for its own spring rates."""
-        pose = rest_pose(self.leg)
+        pose = self.rest_pose
         torque = static_torque(coefficients(leg), pose, leg.tilt)
         joints = []
         for joint, angle, needed in zip(leg.joints, pose, torque, strict=True):

@@ -95,7 +95,7 @@ def page_content(wanted: WantedResponse, built: Leg) -> dict[str, Any]:
     names = [release.name for release in wanted.releases]
     return {
         "format": "synth/page/1",
-        "leg": leg_json(built),
+        "leg": leg_json(built, rest_pose(built)),
         "replay": replay_json(built, wanted, names),
         "joints": joints,
     }
