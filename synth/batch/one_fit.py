@@ -18,7 +18,7 @@ from synth.files.tolerance import links_json
 from synth.fit.copies import without_copies
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import recordings_from
+from synth.fit.later_samples import recordings_from
 from synth.fit.locked_joints import balanced_at, moving_joints, with_locked_joints
 from synth.fit.methods import fit_by, require_method
 from synth.fit.plausibility import doubts

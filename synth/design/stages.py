@@ -15,7 +15,7 @@ from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.drives_off import drives_off_sentence
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
-from synth.fit.free_motion_start import recordings_from
+from synth.fit.later_samples import recordings_from
 from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
 from synth.fit.still_start import from_release

@@ -22,7 +22,7 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.following import follow_changes
 from synth.fit.free_angle import WIDE
-from synth.fit.free_motion_start import COMPARISON_START, LEAST_SHARE, recordings_from
+from synth.fit.later_samples import LEAST_SHARE, comparison_begin, recordings_from
 from synth.fit.least_squares import FitStart, Stage
 from synth.fit.noise_spectrum import even_stretches, filter_of_noise
 from synth.fit.recordings import Recording
@@ -87,9 +87,7 @@ def _may_be_filtered(recordings: Sequence[Recording]) -> bool:
 
 def _left_by_fit(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions) -> list[Recording]:
     """What a fit to later samples leaves of them, as recordings; none if it diverges."""
-    longest = min(recording.time[-1] for recording in recordings)
-    begin = min(COMPARISON_START * recordings[0].unit, longest * (1.0 - LEAST_SHARE))
-    some = recordings_from(recordings, begin) or list(recordings)
+    some = recordings_from(recordings, comparison_begin(recordings)) or list(recordings)
     model = model_of(leg, options.curves, recordings=some, prior=options.prior, static=options.static)
     guess, spread = weak_form_start(model, some, options), np.zeros(len(leg.joints))
     locals_ = first_locals(some)

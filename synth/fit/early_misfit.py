@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array, Mask
-from synth.estimation.chi_squared import chi_squared_above
+from synth.estimation.f_distribution import square_above
+from synth.fit.later_samples import ResidualFreedom
 from synth.fit.recordings import Recording
 from synth.fit.uncertainty import clipped_rms, correlation_times, sample_scatter
 
@@ -35,18 +36,25 @@ WRONG_READING = 6.0  # deviations from it of a wrong reading, as in ``clipped_rm
 class LaterScatter:
     """``deviation`` (n_recording, n) rad of the later samples about their own fit, enlarged where they are correlated.
 
-    ``explained`` : whether that fit comes near the samples' own scatter, so that the law holds there.
+    ``explained`` : whether that fit comes near the samples' own scatter, so that the law holds there. ``freedom`` :
+    degrees of a joint's residuals in that fit, from which its deviation is estimated, the fewest of all joints.
     """
 
     deviation: Array
     explained: bool
+    freedom: float = np.inf
 
     @classmethod
-    def of(cls, recordings: Sequence[Recording], predictions: Sequence[Array]) -> LaterScatter:
-        """From the later samples and their fit (m, n) rad a recording."""
+    def of(
+        cls, recordings: Sequence[Recording], predictions: Sequence[Array], left: ResidualFreedom | None = None
+    ) -> LaterScatter:
+        """From the later samples and their fit (m, n) rad a recording; ``left`` to its residuals, None: very many."""
         rms = clipped_rms(recordings, predictions)
         explained = bool(np.all((rms < EXPLAINED_SCATTER * sample_scatter(recordings)) | np.isnan(rms)))
-        return cls(rms * np.sqrt(correlation_times(recordings, predictions)), explained)
+        deviation = rms * np.sqrt(correlation_times(recordings, predictions))
+        if left is None:
+            return cls(deviation, explained)
+        return cls(deviation * np.sqrt(left.enlarged), explained, left.fewest)
 
     def agreement(
         self,
@@ -73,7 +81,7 @@ class LaterScatter:
         pulled = shared.T @ off
         explained = pulled @ np.linalg.solve(np.eye(len(pulled)) + shared.T @ shared, pulled)
         total, count = float(off @ off - explained), len(off)
-        return chi_squared_above(count, total) if total > AGREEING_SQUARE * count else 1.0
+        return square_above(count, total, self.freedom) if total > AGREEING_SQUARE * count else 1.0
 
 
 def _blocks(recording: Recording, prediction: Array, until: float, error: Array, deviation: Array) -> Iterator[Array]:

@@ -31,11 +31,11 @@ from synth.fit.free_motion_start import (
     detect_drive,
     drift_of_noise,
     hidden_drive,
-    recordings_from,
     start_sentence,
 )
 from synth.fit.joint_laws import AnotherLaw
 from synth.fit.lasting_noise import lasting_variances
+from synth.fit.later_samples import recordings_from
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import link_widths
 from synth.fit.model_error import ModelError

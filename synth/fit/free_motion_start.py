@@ -25,20 +25,21 @@ from functools import cached_property
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.chi_squared import chi_squared_above
+from synth.estimation.f_distribution import square_above
 from synth.estimation.intervals import spectrum
 from synth.fit.diverged_fit import divergence_refused
 from synth.fit.early_misfit import LaterScatter
 from synth.fit.filtered_readings import likely_filter
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.lasting_noise import taken_up
+from synth.fit.later_samples import LEAST_COMPARED, ResidualFreedom, comparison_begin, recordings_from
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.model_error import ModelError
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals
-from synth.fit.still_start import LEAST_SAMPLES, release_in
+from synth.fit.still_start import release_in
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance
 from synth.motion.release import free_after
@@ -46,7 +47,6 @@ from synth.swing.leg_model import Leg
 
 ACCEPTED_SHARE = 0.5  # of the recordings: external torque detected in so many is accepted without a further test
 # Times are in the recordings' unit, 1 s for limbs.
-COMPARISON_START = 0.3  # s after the start of the comparison fit: external torques usually end within 0.2 s
 # s, tried in order until the rest agrees with later samples. ``COMPARISON_START`` is not among them: the comparison fit
 # agrees with itself whatever the leg's law is, and a leg with another law would be cut there.
 CUTS = (0.1, 0.15, 0.2)
@@ -55,7 +55,6 @@ SIGNIFICANCE = 1e-4  # of the difference; a wrong model causes a difference too,
 # a choice; ``make laws`` shows the bias that is left of a hand.
 FADE_TIME = 0.05
 SHORT_TIME = 0.02  # s, below which whole milliseconds are too coarse in a sentence
-LEAST_SHARE = 0.4  # of the shortest recording, that must remain
 LEAST_VARIANCE_LOST = 0.05  # share of a direction's variance that later samples must lose for the test to use it
 
 
@@ -90,19 +89,6 @@ def _drive_end(leg: Leg, recording: Recording) -> float | None:
     if found is None or found.driven_until is None or found.free_from < found.driven_until:
         return None  # none, or indistinguishable from a leg with another law
     return found.free_from if found.free_from > recording.time[0] else None
-
-
-def recordings_from(recordings: Sequence[Recording], start: float) -> list[Recording] | None:
-    """The recordings from ``start`` s after their first sample; None if too little of one would remain."""
-    cut = []
-    for recording in recordings:
-        first = int(np.searchsorted(recording.time, start))
-        left = recording.time[-1] - start
-        # 1e-9: the comparison fit starts where just this share is left.
-        if len(recording.time) - first < LEAST_SAMPLES or left < (LEAST_SHARE - 1e-9) * recording.time[-1]:
-            return None
-        cut.append(recording.later(first))
-    return cut
 
 
 def cut_of(drive: DetectedDrive) -> float:
@@ -215,17 +201,26 @@ def _later_fit(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, options: LegFitOptions
 ) -> _LaterFit | None:
     """The fit to later samples, from that to all; None if there are too few, or the motion diverges."""
-    begin = min(COMPARISON_START * recordings[0].unit, min(r.time[-1] for r in recordings) * (1.0 - LEAST_SHARE))
-    reference = recordings_from(recordings, begin)
+    begin = comparison_begin(recordings)
+    reference = recordings_from(recordings, begin, LEAST_COMPARED)
     if reference is None:
         return None
     solution, weights = stage.solution, stage.weights
     begun = FitStart(solution.values, _locals(reference, solution))
     known = refine(model, reference, begun, options.weight, weights.spread, points=weights.points)
-    if not np.isfinite(known.solution.cost):
+    left = ResidualFreedom.of(reference, weights.spread)
+    if not np.isfinite(known.solution.cost) or not left.enough:
         return None
-    scatter = LaterScatter.of(reference, known.solution.predictions)
-    return _LaterFit(model, reference, known, scatter, begin, options)
+    scatter = LaterScatter.of(reference, known.solution.predictions, left)
+    by_freedom = _enlarged(model, reference, known, left.enlarged)
+    return _LaterFit(model, reference, by_freedom, scatter, begin, options) if by_freedom is not None else None
+
+
+def _enlarged(model: TrajectoryModel, samples: Sequence[Recording], stage: Stage, factor: Array) -> Stage | None:
+    """The stage with ``factor`` (n,) or (n_trial, n) on the variance of its noise; None if it diverges."""
+    weights = replace(stage.weights, noise=stage.weights.noise * np.sqrt(factor))
+    found = solve(model, samples, FitStart.at(stage.solution), weights, tolerance=0.01)
+    return Stage(found, weights) if np.isfinite(found.cost) else None
 
 
 def _unexplained_change(model: TrajectoryModel, all_: Solution, later_: Solution) -> Array:
@@ -257,12 +252,11 @@ class _LaterFit:
         """With what the unknowns of each trial took up of the noise; the same where its residuals are no noise."""
         known = self.known
         share = taken_up(self.model, self.samples, known)
-        enlarged = replace(known.weights, noise=known.weights.noise * np.sqrt(share))
-        found = solve(self.model, self.samples, FitStart.at(known.solution), enlarged, tolerance=0.01)
-        if not np.isfinite(found.cost):
+        found = _enlarged(self.model, self.samples, known, share)
+        if found is None:
             return self
         scatter = replace(self.scatter, deviation=self.scatter.deviation * np.sqrt(share))
-        return replace(self, known=Stage(found, enlarged), scatter=scatter)
+        return replace(self, known=found, scatter=scatter)
 
     def agreement(self, some: Sequence[Recording], start: Solution, cut: float) -> float:
         """The probability that ``some``, the samples from ``cut`` s, and the later ones belong to one leg."""
@@ -295,7 +289,7 @@ class _LaterFit:
         """Probability of so large a difference between the two sets of rates; ``apart`` as in ``same_leg``."""
         later_fit = self.known.solution
         both = covariance(self.model, here), covariance(self.model, later_fit)
-        return same_leg(here.values, both[0], later_fit.values, both[1], apart)
+        return same_leg(here.values, both[0], later_fit.values, both[1], apart, self.scatter.freedom)
 
     def _likelihood(self, here: Solution) -> float:
         """The probability that the later samples fit the rates ``here`` so much worse than their own.
@@ -309,14 +303,22 @@ class _LaterFit:
         held = solve(self.model, self.samples, begin, weights, tolerance=0.01, fixed=True)
         if not np.isfinite(held.cost):
             return 0.0
-        return chi_squared_above(len(here.values), 2.0 * (held.cost - later_fit.cost))
+        return square_above(len(here.values), 2.0 * (held.cost - later_fit.cost), self.scatter.freedom)
 
 
-def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, apart: Array | None = None) -> float:
+def same_leg(
+    values: Array,
+    cov: Array,
+    later_values: Array,
+    later_cov: Array,
+    apart: Array | None = None,
+    freedom: float = np.inf,
+) -> float:
     """Probability of so large a difference between an efficient estimate (p,) and one from part of the samples.
 
     Directions that the part determines as well as the whole are left out. ``apart`` (p, c): by how much more the part's
     estimate moves than the whole's, per standard deviation of each parameter that both were given and is not exact.
+    ``freedom`` : degrees of the residuals from which the noise of both is estimated.
     """
     root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
     whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
@@ -330,7 +332,7 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array, a
     if apart is not None:
         moved = vector[:, tells].T @ np.linalg.solve(root, apart)
         spread += moved @ moved.T
-    return chi_squared_above(int(tells.sum()), float(off[tells] @ np.linalg.solve(spread, off[tells])))
+    return square_above(int(tells.sum()), float(off[tells] @ np.linalg.solve(spread, off[tells])), freedom)
 
 
 def _ms(time: float) -> str:

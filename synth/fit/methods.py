@@ -23,7 +23,8 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import WIDE, heterogeneity
-from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from, start_sentence
+from synth.fit.free_motion_start import cut_of, detect_drive, start_sentence
+from synth.fit.later_samples import recordings_from
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording

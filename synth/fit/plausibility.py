@@ -19,7 +19,7 @@ from synth.fit.estimate import least_residuals
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import recordings_from
+from synth.fit.later_samples import recordings_from
 from synth.fit.least_squares import FitStart
 from synth.fit.leg_plausibility import leg_doubts
 from synth.fit.recordings import Recording

@@ -19,6 +19,7 @@ from synth.fit.interval_ends import interval_ends
 from synth.fit.interval_sources import sources_of
 from synth.fit.joint_correlation import spread_of
 from synth.fit.known import Known, with_links_and_law
+from synth.fit.later_samples import untold_start
 from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.left_out_trials import moved_by_one_trial
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
@@ -99,7 +100,7 @@ def result_of(
         noise=noise,
         not_separable=(*not_separable(unknowns, known), *ridges, *scale),
         warnings=(
-            *(*_first_sentences(fitted, leg, recordings), *lost),
+            *(*_first_sentences(fitted, leg, recordings, options), *lost),
             *([] if fitted.searched else misfits(rms[mode], noise, lacking(left, scatter), options)),
             *(*differ, *_moved(model, recordings, fitted, told, options, lacks=bool(lacking(left, scatter).any()))),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles, follower(options)),
@@ -156,11 +157,15 @@ def _by_joint_name(names: Sequence[str], values: Array) -> dict[str, float]:
     return dict(zip(names, values.tolist(), strict=True))
 
 
-def _first_sentences(fitted: FittedTreatments, leg: Leg, recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """The first sentences: on static points left out, on the model's law, and on what is fitted."""
+def _first_sentences(
+    fitted: FittedTreatments, leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
+) -> tuple[str, ...]:
+    """The first sentences: on static points left out, on the model's law, on the start, and on what is fitted."""
     points = [each.sentence(leg.joint_names[each.balance.joint]) for each in fitted.left_out]
     laws = [fitted.error.sentence] if fitted.error is not None else []
     laws += fitted.stated.sentences if fitted.stated is not None else ()
+    if options.release == "free" and fitted.error is None:
+        laws += untold_start(recordings, fitted.stage.weights.spread)
     once = fitted.seen_once(leg.joint_names, recordings)
     return (*points, *laws, *once, *sentences_on_reading(recordings))
 

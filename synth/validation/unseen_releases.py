@@ -19,7 +19,8 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import WIDE
-from synth.fit.free_motion_start import cut_of, detect_drive, recordings_from
+from synth.fit.free_motion_start import cut_of, detect_drive
+from synth.fit.later_samples import recordings_from
 from synth.fit.recordings import Recording
 from synth.fit.still_start import from_release
 from synth.fit.unseen_score import score

@@ -19,7 +19,7 @@ from synth.files.projects import read_leg_project
 from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.free_motion_start import recordings_from
+from synth.fit.later_samples import recordings_from
 from synth.fit.recordings import recordings
 from synth.fit.still_start import from_release
 from synth.model_checks.designed_leg import Predicted

@@ -18,7 +18,8 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import DetectedDrive, Drift, detect_drive, hidden_drive, recordings_from, same_leg
+from synth.fit.free_motion_start import DetectedDrive, Drift, detect_drive, hidden_drive, same_leg
+from synth.fit.later_samples import recordings_from
 from synth.fit.least_squares import FitStart
 from synth.fit.recordings import recordings
 from synth.fit.refinement import refine

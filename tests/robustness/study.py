@@ -17,7 +17,7 @@ from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
-from synth.fit.free_motion_start import recordings_from
+from synth.fit.later_samples import recordings_from
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
