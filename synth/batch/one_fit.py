@@ -23,6 +23,7 @@ from synth.fit.locked_joints import balanced_at, moving_joints, with_locked_join
 from synth.fit.methods import fit_by, require_method
 from synth.fit.plausibility import doubts
 from synth.fit.recordings import Recording, recordings
+from synth.fit.servo_integrals import require_no_integral
 from synth.fit.still_start import from_release
 from synth.fit.wanted_motion import WantedMotion, with_other_legs, with_wanted_fit
 
@@ -53,6 +54,7 @@ def ready(project: FitProject) -> Ready:
     ------
     UserError : options contradict each other, every trial is held out, or a recording cannot be used.
     """
+    require_no_integral(project.leg, project.trials, str(project.path))
     given = {"static": bool(project.static), "prior": project.prior is not None}
     require_method(project.fit, str(project.path), **given)
     project, wanted = with_wanted_fit(project)
