@@ -203,6 +203,10 @@ def judge(
     shared = _shared_by_all(hypotheses, best, tied, calibration) if len(best.keys) > 1 else None
     if shared is not None:
         verdict, best, tied = "effect", shared, ()
+    if verdict == "unknown":
+        # Where no cause removes enough, a gap beyond a model's accuracy refutes that nothing is missing all the same.
+        refuted = max(none - (1.0 - far_share(hypotheses) * beyond), 0.0)
+        none, unknown = none - refuted, unknown + refuted
     if verdict == "unknown" and not best.keys and len(hypotheses) > 1:  # the nearest explanation is shown
         best = max(hypotheses[1:], key=lambda h: _mean_share(h, found.none))
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])

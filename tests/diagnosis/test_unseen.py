@@ -242,6 +242,15 @@ def test_a_gap_that_nothing_explains_is_unknown_if_it_exceeds_a_models_accuracy(
     assert judge(Hypotheses(none, (little,), ()), CALIBRATED, motion=motion).verdict == verdict
 
 
+def test_beside_an_unknown_cause_nothing_missing_is_as_probable_as_the_gap_allows() -> None:
+    """A gap of five times a model's accuracy; where nothing is known to help, all the rest is the unknown cause's."""
+    none = with_fitted(assessed(held_out_error(*[500] * 4)), 500.0)
+    little = with_fitted(assessed(held_out_error(*[490] * 4), FRICTION), 490.0)
+    judged = judge(Hypotheses(none, (little,), ()), CALIBRATED, motion=500.0 / (5.0 * CALIBRATED.accuracy))
+    assert judged.none == pytest.approx(1.0 / (1.0 + 5.0**CALIBRATED.accuracy_steep), rel=0.01)
+    assert sum(p for _, p in judged.singles) + judged.none + judged.unknown == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize(("share", "verdict"), [(0.1, "unknown"), (2.0, "none")])
 def test_a_stated_accuracy_decides_which_gap_may_be_a_models_own_error(share: float, verdict: str) -> None:
     """A gap of 500 floors, of which the project allows a tenth, or twice as much."""
