@@ -93,6 +93,7 @@ BESIDE: dict[str, Tree] = {
     "damper.curve": {"rate": None},
     "drive.kind": {"gain": None, "motor": MOTOR},
     **dict.fromkeys(("drive.duty_limit", "drive.current_limit", "drive.supply", "drive.source_resistance"), DRIVEN),
+    "drive.integral_limit": {"integral_gain": "30 N*m/(rad*s)"},
     "drive.duty_steps": {**DRIVEN, "control_period": "1 ms"},
     "drive.motor": {"supply": "12 V", "gain": "2 1/rad"},
     "static.angles": {"supported": True},
