@@ -8,8 +8,8 @@ which halves its cost.
 
 Heavy links may ask for parts that leave them light, and light ones for heavy parts. Once the links of a round turn back
 towards those of the round before, each further round begins midway between its last links and those that its parts
-give; with the latter if the parts of the round before gave the same. Where no round settles, the best is taken,
-each with its own parts' masses.
+give. Where the parts of two rounds give the same links, the next begins with these. Where no round settles, the best
+is taken, each with its own parts' masses.
 
 Masses here are those of facets (``cad.facets``), within 1e-5 of the solids that are drawn at the end; what is reported
 is the masses of those solids. Joints whose dimensions did not change are not weighed again.

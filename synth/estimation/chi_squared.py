@@ -1,7 +1,7 @@
 """The chi-squared distribution with whole degrees of freedom, in closed form.
 
 M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 26.4.4 and 26.4.5. Written here because importing
-``scipy.special`` takes 0.3 s of a processor, a sixth of ``synth fit``.
+``scipy.special`` takes 0.3 s of a processor.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Probabilities of Fisher's F: a chi-squared test whose noise was estimated from few residuals.
 
 By the incomplete beta function, W. H. Press et al., Numerical Recipes, 3rd ed. (2007), 6.4 and 6.14.10. Written here
-because importing ``scipy.special`` takes 0.3 s of a processor, a sixth of ``synth fit``.
+because importing ``scipy.special`` takes 0.3 s of a processor.
 """
 
 from __future__ import annotations

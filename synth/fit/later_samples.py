@@ -56,7 +56,7 @@ class ResidualFreedom:
     @property
     def enough(self) -> bool:
         """Whether every joint's residuals show its noise."""
-        return bool(np.all((self.samples == 0) | (self.samples - self.unknowns >= LEAST_FREEDOM)))
+        return self.fewest >= LEAST_FREEDOM
 
 
 def recordings_from(recordings: Sequence[Recording], start: float, least: int = LEAST_CUT) -> list[Recording] | None:

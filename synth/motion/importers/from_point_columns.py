@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_mapping import Mapping
 from synth.motion.importers.channel_clock import channel_clock
@@ -25,6 +26,11 @@ _UNIT = re.compile(r"\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")  # behind the name
 _AFTER = re.compile(rf"(?P<name>.*[^\s_./:-])[\s_./:-]+(?P<part>[xyz]|{'|'.join(SCORES)})", re.IGNORECASE)
 _CAPITAL = re.compile(r"(?P<name>.*[a-z0-9])(?P<part>[XYZ])")
 _BEFORE = re.compile(r"(?P<part>[xyz])(?:[\s_./:-]+(?P<name>.+)|(?P<number>\d+))", re.IGNORECASE)
+
+FRACTIONS = (
+    "its coordinates lie between 0 and 1 and have no unit: fractions of the picture's width and height, as MediaPipe "
+    "gives them, make wrong angles unless the picture is square. Multiply x by the width and y by the height in pixels"
+)
 
 
 @loader(
@@ -58,6 +64,8 @@ def read_point_columns(path: Path, mapping: Mapping, name: str) -> Markers:
     source, clock = without_repeated_rows(source, channel_clock(source, mapping, notes), notes)
     positions = np.stack([source.values[:, [parts[point][axis] for axis in axes]] for point in points], axis=1)
     scores, word = _scores(source, parts, points)
+    if not units[0] and _may_be_fractions(positions):
+        notes.append(FRACTIONS)
     notes += without_unlikely(positions, scores, mapping.likelihood, word, name)
     return Markers(
         name, tuple(points), positions, np.arange(len(positions), dtype=float), None, units[0], tuple(notes),
@@ -89,6 +97,12 @@ def _parts(names: Sequence[str]) -> tuple[dict[str, dict[str, int]], list[str]]:
 
 def _points(parts: dict[str, dict[str, int]]) -> list[str]:
     return [point for point, columns in parts.items() if {"x", "y"} <= columns.keys()]
+
+
+def _may_be_fractions(positions: Array) -> bool:
+    """Whether coordinates (n, n_point, n_axis) may be shares of a picture's sides: 98 of 100 lie between 0 and 1."""
+    least, most = np.nanpercentile(positions, [1.0, 99.0])
+    return bool(least >= 0.0 and most <= 1.0)
 
 
 def _scores(source: Channels, parts: dict[str, dict[str, int]], points: list[str]) -> tuple[np.ndarray | None, str]:

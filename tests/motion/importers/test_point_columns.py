@@ -152,3 +152,12 @@ def test_an_import_that_names_no_points_is_told_of_them(tmp_path: Path) -> None:
         import_file(path, leg(), Mapping(), name="a.csv", cut="keep")
     assert f"its columns hold points ({', '.join(PARTS)})" in str(raised.value)
     assert "(--points)" in str(raised.value)
+
+
+def test_fractions_of_a_pictures_sides_are_told(tmp_path: Path) -> None:
+    head = ["time [s]", *(f"{part}_{axis}" for part in PARTS for axis in "xy")]
+    low, wide = np.nanmin(DOWN, axis=(0, 1)), np.nanmax(DOWN, axis=(0, 1))
+    for size, told in (([1280.0, 720.0], True), ([1.0, 1.0], False)):
+        places = (DOWN - low) / (wide - low) * [640.0, 360.0] / size
+        found = imported(tmp_path / "a.csv", table(head, with_time(places)), plane=("x", "-y"))
+        assert any("fractions of the picture" in note for note in found.notes) == told
