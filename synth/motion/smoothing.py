@@ -123,6 +123,8 @@ def _runs(value: Array, least: float) -> Mask:
     for length in range(2, LONGEST_RUN + 1):
         # So many steps before and after are looked at: a swing of four samples a period has its next half there.
         far = length + 2
+        if len(step) < length + 3:
+            break  # a run with a step beside it on either end is longer than the series
         windows = np.lib.stride_tricks.sliding_window_view(np.pad(step, far - 1), length + 1 + 2 * far)
         size = np.minimum(np.abs(windows[:, far]), np.abs(windows[:, -far - 1]))
         others = np.delete(np.abs(windows), [far, windows.shape[1] - far - 1], axis=1).max(axis=1)

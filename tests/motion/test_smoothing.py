@@ -230,3 +230,16 @@ def test_samples_beside_lost_frames_are_no_outliers_but_a_spike_is(noise: float)
         spoilt = angle[kept]
         spoilt[row] += 0.2
         assert np.flatnonzero(lost_samples(time[kept], spoilt)).tolist() == [row]
+
+
+def test_a_series_of_which_lone_spikes_leave_a_few_samples_is_searched_for_lost_ones() -> None:
+    """The search for runs of lost samples needed more samples than were left, and ended in a traceback."""
+    draws = np.random.default_rng(0)
+    for count in range(7, 12):
+        for _ in range(200):
+            time = np.cumsum(draws.choice([0.004, 0.01, 0.02], count))
+            angle = draws.normal(0.0, 0.01, (count, 1))
+            angle[draws.random((count, 1)) < 0.2] += 3.0
+            lost = lost_samples(time, angle)
+            assert lost.shape == angle.shape
+            assert not lost.all()
