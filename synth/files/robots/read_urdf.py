@@ -291,10 +291,13 @@ class _UrdfReader:
         key, kind = f"joint {name}", KINDS.get(joint.get("type", ""))
         if kind is None:
             self.refuse(f'type="{joint.get("type", "")}" is not one of {", ".join(KINDS)}', key)
-        axis = self.numbers(joint.find("axis"), "xyz", "1 0 0", key)
+        # A joint that turns and slides about none has no use for an axis: CAD exporters write 0 0 0 there.
+        has_axis = kind in ("hinge", "slide")
+        axis = self.numbers(joint.find("axis") if has_axis else None, "xyz", "1 0 0", key)
         length = float(np.linalg.norm(axis))
         if length == 0.0:
-            self.refuse("has an axis of length 0", key)
+            self.refuse(f'is {joint.get("type", "")} and has axis xyz="0 0 0"; write the direction that it moves along '
+                        'or about, such as "0 1 0"', key)  # fmt: skip
         dynamics, limit = joint.find("dynamics"), joint.find("limit")
         span = None
         if joint.get("type") in ("revolute", "prismatic") and limit is not None:
