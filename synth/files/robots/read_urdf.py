@@ -29,7 +29,6 @@ from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
 GRAVITY = 9.81  # m/s^2; URDF leaves it to the simulator
-ROUNDING = 1e-3  # of the largest moment of inertia: what a file's digits leave of one that is 0
 KINDS: dict[str, Kind] = {
     "revolute": "hinge",
     "continuous": "hinge",
@@ -249,10 +248,6 @@ class _UrdfReader:
         mass = self.number(None if inertial is None else inertial.find("mass"), "value", key)
         if mass < 0.0:
             self.refuse(f"has the mass {mass:g} kg", key)
-        moments = np.linalg.eigvalsh(inertia)
-        if moments[0] < -ROUNDING * np.abs(moments).max():
-            shown = ", ".join(f"{moment:.4g}" for moment in moments)
-            self.refuse(f"has the principal moments of inertia {shown} kg m^2; none may be negative", key)
         drawn = [item for tag in ("collision", "visual") for item in link.findall(tag)]
         shapes = tuple(self.shape(item, key).moved(place, turn) for item in drawn)
         return RobotBody(name, parent, turn, place, mass, place + turn @ own_place, inertia, shapes)
