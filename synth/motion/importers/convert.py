@@ -22,6 +22,7 @@ from synth.motion.importers.from_point_columns import points_in_columns
 from synth.motion.importers.limb_sides import exchanged_limb
 from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
+from synth.motion.importers.quaternion_angles import with_quaternions
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
 from synth.motion.importers.repeated_rows import without_repeated_rows
@@ -232,7 +233,8 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
 
 def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, LogClock, Array, list[str]]:
     """A file of channels without its repeated rows, its clock, and measured angles (n, n_joint) rad."""
-    notes = list(source.notes)
+    source, sensed = with_quaternions(source, leg, mapping)
+    notes = [*source.notes, *sensed]
     problems: list[Problem] = []
     columns: list[tuple[int, float]] = []
     clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
