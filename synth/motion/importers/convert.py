@@ -245,7 +245,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
     wanted = [_column_of(joint, mapping) for joint in leg.joint_names]
     for joint, column in zip(leg.joints, wanted, strict=True):
         try:
-            columns.append(_column(source, joint, column, notes))
+            columns.append(_column(source, joint, column, leg, notes))
         except UserError as error:
             problems += error.problems
     if problems or no_clock:
@@ -270,9 +270,15 @@ def _column_of(joint: str, mapping: Mapping) -> JointColumn:
     return mapping.joints.get(joint) or JointColumn(joint)
 
 
-def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:
-    """The index of one joint's angle and its scale, rad."""
+def _column(source: Channels, joint: Joint, column: JointColumn, leg: Leg, notes: list[str]) -> tuple[int, float]:
+    """The index of one joint's angle and its scale, rad; raises UserError where the file says it is another's."""
     index = source.find(column.column, joint.name)
+    own = source.called.get(column.column, joint.name)
+    if own != joint.name and own in leg.joint_names:
+        text = (
+            f'{joint.name}: the file says that "{column.column}" is the angle of {own}; write {{column: {joint.name}}}'
+        )
+        raise UserError(Problem(text, source.name))
     if "/" in source.names[index] and source.names[index] != column.column:
         notes.append(f"{joint.name}: from {source.names[index]}")
     return index, angle_scale(source, index, column, joint.name)

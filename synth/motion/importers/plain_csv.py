@@ -22,6 +22,7 @@ from synth.files.csv_rows import SEPARATORS, csv_rows, pointed
 from synth.files.import_mapping import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
+from synth.motion.importers.echoed_joints import echoed_joints
 from synth.motion.importers.foreign_data import MISSING, Channels
 from synth.motion.importers.likelihood import SCORES
 from synth.motion.importers.registry import UTF_16, loader, text_start
@@ -80,6 +81,10 @@ def csv_channels(path: Path, name: str) -> Channels:
     first = 1
     if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
         found_units, first = tuple(cell.strip() for cell in rows[1][: len(titles)]), 2
+    joints = echoed_joints(names, rows[first:], numbers[first:], name)
+    called = {names[index]: joint for index, (joint, _) in joints.items()}
+    names = tuple(joints[index][0] if index in joints else each for index, each in enumerate(names))
+    found_units = tuple(joints[index][1] if index in joints else each for index, each in enumerate(found_units))
     found_units, notes = _clocks_in_seconds(rows[first:], titles, found_units)
     values = _values(rows[first:], numbers[first:], titles, separator, name)
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
@@ -89,7 +94,7 @@ def csv_channels(path: Path, name: str) -> Channels:
     def exact(column: int) -> list[Decimal | None]:
         return [exact_number(pointed(row[column], separator)) for row in rows[first:]]
 
-    return Channels(name, tuple(names), tuple(found_units), values, notes=notes, numbers=exact)
+    return Channels(name, names, found_units, values, notes=notes, numbers=exact, called=called)
 
 
 def _of_two_rows(names: list[str], parts: list[str]) -> list[str]:

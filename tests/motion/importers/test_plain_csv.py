@@ -168,6 +168,39 @@ def test_rostopics_echo_with_its_clock_in_ns(tmp_path: Path, clock: str) -> None
     np.testing.assert_allclose(found.time, time, atol=1e-12)
 
 
+def echoed(path: Path, *, changed: bool = False) -> Path:
+    """Joint states by ``rostopic echo -p``, in the order of the alphabet: ankle, hip, knee."""
+    time, measured = angles()
+    rows = []
+    for k, (t, (hip, knee, ankle)) in enumerate(zip(time, np.radians(measured), strict=True)):
+        joints = "hip,ankle,knee" if changed and k == 7 else "ankle,hip,knee"
+        rows.append(f"{1_700_000_000_123_456_768 + round(t * 1e9)},{k},,{joints},{ankle},{hip},{knee},0,0,0\n")
+    quantities = ",".join(f"field.{what}{k}" for what in ("name", "position", "effort") for k in range(3))
+    path.write_text(f"%time,field.header.seq,field.header.frame_id,{quantities}\n" + "".join(rows))
+    return path
+
+
+def test_rostopics_echo_names_its_joints(tmp_path: Path) -> None:
+    """Its columns were known by their place alone, and a project that took the limb's order got exchanged joints."""
+    path = echoed(tmp_path / "a.csv")
+    found = imported(path, Mapping())
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    np.testing.assert_allclose(found.time, angles()[0], atol=1e-12)
+    places = {"hip": 1, "knee": 2, "ankle": 0}
+    right = {name: JointColumn(f"field.position{k}", unit="rad") for name, k in places.items()}
+    np.testing.assert_allclose(imported(path, Mapping(joints=right)).angles, found.angles)
+    wrong = {"hip": JointColumn("field.position0", unit="rad")}
+    with pytest.raises(UserError, match=r'hip: the file says that "field.position0" is the angle of ankle; write'):
+        imported(path, Mapping(joints=wrong))
+
+
+def test_rostopics_echo_whose_joints_change_places_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        UserError, match=r'a.csv:9: field.name0: is "hip" after "ankle": the columns are of other joints'
+    ):
+        imported(echoed(tmp_path / "a.csv", changed=True), Mapping())
+
+
 def test_rows_of_separators_at_the_end_are_no_samples(tmp_path: Path) -> None:
     """As spreadsheets leave them."""
     text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
