@@ -25,7 +25,7 @@ from synth.motion.importers.points import TrackedAngles, track
 from synth.motion.importers.quaternion_angles import with_quaternions
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
-from synth.motion.importers.repeated_rows import without_repeated_rows
+from synth.motion.importers.repeated_rows import without_empty_rows, without_repeated_rows
 from synth.motion.importers.segment_angles import measured_angles
 from synth.motion.limb_pace import pace_doubt
 from synth.motion.release import Release, find_release
@@ -250,7 +250,7 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock, *_points_instead(source, leg, problems)])
-    used, clock = without_repeated_rows(source, clock, notes)
+    used, clock = without_repeated_rows(*without_empty_rows(source, clock, notes), notes)
     source = _continued(used, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
     return used, clock, measured_angles(leg, wanted, angles), [*clock.notes, *notes]

@@ -436,3 +436,54 @@ def test_joints_read_a_moment_apart_are_neither_lost_nor_missing(tmp_path: Path)
     assert "2 frames are lost in 1 gap of the clock, after 0.495 s" in notes
     assert "knee: 2 of 298 samples are missing and not filled; the longest gap is 15 ms, from 0.245 s on" in notes
     assert notes.count("missing") == 1
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "t [s] hip [deg] knee [deg] ankle [deg]",
+        "time[s] hip(deg) knee(deg) ankle(deg)",
+        "# a run\n# t [s] hip [deg] knee [deg] ankle [deg]",
+        "t hip knee ankle\ns deg deg deg",
+    ],
+)
+def test_columns_that_blanks_separate(tmp_path: Path, head: str) -> None:
+    """As of numpy's savetxt without a delimiter: the message was that there is no column "hip" in "time hip knee"."""
+    time, measured = angles()
+    rows = [f"  {t:.5f}   {'  '.join(f'{value:.9f}' for value in row)}" for t, row in zip(time, measured, strict=True)]
+    (tmp_path / "a.txt").write_text("\n".join([head, *rows, ""]))
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.txt").angles), measured, atol=1e-9)
+
+
+def test_a_line_above_the_header_gets_what_to_do(tmp_path: Path) -> None:
+    text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
+    (tmp_path / "a.csv").write_text("Starting ...\n" + text)
+    with pytest.raises(
+        UserError, match=r'header has 1 columns \("Starting ..."\): remove the lines above the header, or'
+    ):
+        imported(tmp_path / "a.csv")
+
+
+def test_rows_without_a_time_or_a_number_are_left_out(tmp_path: Path) -> None:
+    """As in tables that pandas joined: "sample 51 has no time" stopped the import."""
+    lines = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False).splitlines()
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:51], "NaN,NaN,NaN,NaN", ",,,", *lines[51:]]) + "\n")
+    found = imported(tmp_path / "a.csv")
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    assert "2 rows have neither a time nor a number: left out" in found.notes
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:51], ",1,2,3", *lines[51:]]) + "\n")
+    with pytest.raises(UserError, match="sample 51 has no time: write it, or remove that row"):
+        imported(tmp_path / "a.csv")
+
+
+def test_rows_of_other_columns_are_no_moments_of_the_joints(tmp_path: Path) -> None:
+    """PlotJuggler's table of two topics: the joints, read together, were said to be sampled at different moments."""
+    time, measured = angles()
+    rows = []
+    for k, (t, row) in enumerate(zip(time, measured, strict=True)):
+        rows.append(f"{t:.5f},{','.join(map(str, row))},")
+        rows += [f"{t + 0.001:.5f},,,,1"] if k % 5 == 0 else []
+    (tmp_path / "a.csv").write_text("\n".join(["time [s],hip [deg],knee [deg],ankle [deg],/mode", *rows, ""]))
+    found = imported(tmp_path / "a.csv")
+    assert "60 of its rows are moments of other columns, without a sample of a joint" in found.notes
+    assert not any("different moments" in note or "missing" in note for note in found.notes)
