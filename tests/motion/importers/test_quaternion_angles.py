@@ -123,6 +123,26 @@ def test_missing_quaternions_and_columns_that_are_none(tmp_path: Path) -> None:
         imported(path, **other)
 
 
+def test_opensense_files_of_sensors_orientations(tmp_path: Path) -> None:
+    """They were refused: "has cells of type Quaternion"."""
+    made = {joint: sensor(SEGMENTS[joint], mount) for joint, mount in zip(SEGMENTS, mountings(), strict=True)}
+    rows = [
+        "\t".join([f"{t:.5f}", *(",".join(f"{each:.9f}" for each in made[joint][0][k]) for joint in SEGMENTS)])
+        for k, t in enumerate(TIME)
+    ]
+    head = "DataRate=200.000000\nDataType=Quaternion\nversion=3\nOpenSimVersion=4.2\nendheader\n"
+    path = tmp_path / "a.sto"
+    path.write_text(head + "\n".join(["\t".join(["time", *(f"{joint}_imu" for joint in SEGMENTS)]), *rows, ""]))
+    joints = {
+        joint: replace(of(joint, *each[1:]), quaternion=tuple(f"{joint}_imu {part}" for part in "wxyz"))
+        for joint, each in made.items()
+    }
+    np.testing.assert_allclose(np.degrees(imported(path, **joints).angles), MEASURED, atol=1e-4)
+    path.write_text(path.read_text().replace(rows[5], rows[5].rpartition(",")[0]))
+    with pytest.raises(UserError, match=r"a.sto:12: has 11 numbers in 3 cells, where each has 4"):
+        imported(path, **joints)
+
+
 def test_a_project_states_quaternions(tmp_path: Path) -> None:
     write_leg(leg(), tmp_path / "leg.yaml")
     (tmp_path / "a.csv").write_text("time [s],thigh [deg]\n0,1\n")
