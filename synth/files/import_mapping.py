@@ -39,6 +39,9 @@ class JointColumn:
     ``counts`` : an encoder's raw counts in one of its turns; None: the column has a unit. ``gear_ratio`` : turns of the
         encoder in one of the joint; ``zero`` is the joint's angle, behind the gear. ``segment`` : the angle is that of
         the link itself in space; ``zero`` is then the reading when it hangs straight down, and ``sign`` None is +1.
+    ``quaternion`` : the four columns w, x, y, z of a segment's sensor in the place of ``column``, which is then what
+        messages call them; a ``-`` before a name turns its sign. ``axis``, ``down`` : in the sensor's own axes, the
+        hinge's axis towards the viewer and the direction of the link from its joint outward; ``axis`` None: not stated.
     """
 
     column: str
@@ -49,6 +52,9 @@ class JointColumn:
     counts: int | None = None
     gear_ratio: float = 1.0
     segment: bool = False
+    quaternion: tuple[str, ...] = ()
+    axis: tuple[float, ...] | None = None
+    down: tuple[float, ...] = ()
 
     def convention(self, joint: Joint) -> tuple[float, int]:
         """Zero, rad, and sign of the column's readings."""

@@ -9,6 +9,7 @@ from math import radians
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from synth.errors import Problem, UserError
@@ -22,6 +23,7 @@ from synth.files.validate import Quantity, Title
 from synth.swing.leg_model import Leg
 
 Window = tuple[float, float]
+ALONG = 0.7  # cosine, 45 deg: a link's direction is across its axis, and stated by eye
 TURNS = radians(720.0)  # rad, two turns either way: a larger angle is a mistake of units
 Formats = Literal[
     "auto", "anipose", "c3d", "csv", "csv-points", "deeplabcut", "deeplabcut-h5", "json", "matlab", "mcap", "motive",
@@ -82,7 +84,7 @@ class _Clock:
 
 @dataclass(frozen=True)
 class _Column:
-    column: Annotated[Text, Field(examples=["hip_flexion_r"])]
+    column: Annotated[Text | None, Field(examples=["hip_flexion_r"])] = None
     unit: Text | None = None
     counts: Annotated[int, Field(ge=2)] | None = None
     gear_ratio: Annotated[float, Quantity("1", above=0)] = 1.0
@@ -90,6 +92,9 @@ class _Column:
     zero_count: float | None = None
     sign: Literal[1, -1] | None = None
     segment: bool = False
+    quaternion: Annotated[list[Text] | None, Field(min_length=4, max_length=4, examples=["[q0, q1, q2, q3]"])] = None
+    axis: Annotated[list[float] | None, Field(min_length=3, max_length=3, examples=["[0, 0, 1]"])] = None
+    down: Annotated[list[float] | None, Field(min_length=3, max_length=3, examples=["[1, 0, 0]"])] = None
     command: Annotated[Any, Field(examples=["goal_position"])] = None
     voltage: Annotated[Any, Field(examples=["{column: motor_volts, unit: V}"])] = None
     current: Annotated[Any, Field(examples=["{column: motor_current, unit: mA}"])] = None
@@ -188,14 +193,53 @@ def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
 
 def _joint_column(reader: ProjectReader, column: _Column, key: tuple[str, ...]) -> JointColumn:
     _check_unit(reader, column.unit, "rad", key, column.counts)
+    if column.quaternion is None and column.column is None:
+        text = 'needs "column", the name of its column, or of an inertial sensor "quaternion", "axis" and "down"'
+        reader.refuse(text, key)
     given = {word: _input(reader, (*key, word), getattr(column, word), unit) for word, unit in DRIVEN.items()}
     inputs = {word: each for word, each in given.items() if each is not None}
+    if column.quaternion is not None:
+        return _of_quaternion(reader, column, key, inputs)
+    for word in ("axis", "down"):
+        if getattr(column, word) is not None:
+            reader.refuse("is of a sensor's quaternion: quaternion: [q0, q1, q2, q3]; leave it out", (*key, word))
     if column.segment and column.zero is None and column.zero_count is None:
         text = "a segment's angle needs its zero, the file's reading when this link hangs straight down: zero: 0 deg"
         reader.refuse(text, (*key, "segment"))
     zero = _zero(reader, column, key)
     return JointColumn(
-        column.column, column.unit, zero, column.sign, inputs, column.counts, column.gear_ratio, column.segment
+        column.column or "", column.unit, zero, column.sign, inputs, column.counts, column.gear_ratio, column.segment
+    )
+
+
+def _of_quaternion(
+    reader: ProjectReader, column: _Column, key: tuple[str, ...], inputs: dict[str, InputColumn]
+) -> JointColumn:
+    """A segment's angle out of its sensor's quaternion; its unit is known, and 0 is straight down."""
+    for word in ("column", "unit", "counts", "zero_count"):
+        if getattr(column, word) is not None:
+            reader.refuse('does not apply beside "quaternion"; leave it out', (*key, word))
+    axis, down = (None if each is None else np.array(each) for each in (column.axis, column.down))
+    for word, each in (("axis", axis), ("down", down)):
+        if each is not None and not (np.isfinite(each).all() and each.any()):
+            reader.refuse("is no direction; write three numbers, such as [0, 0, 1]", (*key, word))
+            return JointColumn("")
+    if down is None:
+        text = "needs the direction of this link from its joint outward, in the sensor's own axes: down: [1, 0, 0]"
+        reader.refuse(text, key)
+    elif axis is not None and abs(axis @ down) > ALONG * np.linalg.norm(axis) * np.linalg.norm(down):
+        reader.refuse("is along the axis; a link points across the axis that it turns about", (*key, "down"))
+    names = tuple(column.quaternion or ())
+    return JointColumn(
+        f"quaternion {', '.join(names)}",
+        None,
+        0.0 if column.zero is None else column.zero,
+        column.sign,
+        inputs,
+        segment=True,
+        quaternion=names,
+        axis=None if axis is None else tuple(float(each) for each in axis),
+        down=() if down is None else tuple(float(each) for each in down),
     )
 
 

@@ -147,3 +147,21 @@ def test_a_project_s_folders_are_as_the_user_s_others(tmp_path: Path) -> None:
     assert main(["init", "gap", str(made), "--from", str(urdf(tmp_path, "", FOOT)), "--chain", "hip,knee", "-q"]) == 0
     for folder in (made, made / "trials", made / "schemas"):
         assert folder.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize("moments", ["-3.535e-08 3.501e-08 9.087e-08", "-1e-3 -1e-3 -1e-3"])
+def test_a_body_outside_the_leg_may_have_any_inertia(moments: str, tmp_path: Path) -> None:
+    """TIAGo's antennas have such numbers; no leg or arm of it was read."""
+    xx, yy, zz = moments.split()
+    antenna = f"""<link name="antenna"><inertial><mass value="1e-6"/><inertia ixx="{xx}" iyy="{yy}" izz="{zz}"/>
+        </inertial></link><joint name="a" type="fixed"><parent link="base"/><child link="antenna"/></joint>"""
+    path = urdf(tmp_path, foot=FOOT + antenna)
+    assert robot_leg(path, ["hip", "knee"]).leg == picked(tmp_path, foot=FOOT).leg
+
+
+def test_what_arithmetic_leaves_of_no_inertia_is_none(tmp_path: Path) -> None:
+    """ICub's CAD wrote -5.4e-20 kg m^2 for links of 0.5 kg: refused, though nothing is off by it."""
+    dust = INERTIA.format(-5.42101e-20, -5.42101e-20, 0.0)
+    found, none = (picked(tmp_path, foot=FOOT, thigh=each) for each in (dust, INERTIA.format(0.0, 0.0, 0.0)))
+    assert found.leg.joints[0].link == none.leg.joints[0].link
+    assert found.messages == none.messages

@@ -344,7 +344,7 @@ def test_links_of_a_simulators_extension_are_not_the_robot_s(tmp_path: Path) -> 
 def test_mistakes_of_a_urdf(old: str, new: str, words: str, tmp_path: Path) -> None:
     assert old in SMALL_URDF
     with pytest.raises(UserError, match=words):
-        read_robot(written(tmp_path / "a.urdf", SMALL_URDF.replace(old, new)))
+        robot_leg(written(tmp_path / "a.urdf", SMALL_URDF.replace(old, new)), ["j"], tip=0.2)
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,19 @@ def test_a_slide_below_the_chain_is_locked_and_lumped(tmp_path: Path) -> None:
     assert "r is locked where it stands, and its bodies are lumped" in picked(tmp_path, LEG + RAIL).messages
 
 
+def test_a_fixed_joint_needs_no_axis(tmp_path: Path) -> None:
+    """CAD exporters write one of length 0 there, as in the files of Go2, SO-101 and iCub; that was refused."""
+    foot = LINK.format("foot", "0 0 -.03") + JOINT.format("r", "fixed", "shin", "foot", "0 0 -.2", "", "0 0 0")
+    picked(tmp_path, LEG + foot)
+
+
+def test_a_hinge_needs_an_axis(tmp_path: Path) -> None:
+    axis = '<axis xyz="0 1 0"/>'
+    assert LEG.count(axis) == 1
+    with pytest.raises(UserError, match='joint h: is continuous and has axis xyz="0 0 0"; write the direction'):
+        robot_leg(written(tmp_path, LEG.replace(axis, '<axis xyz="0 0 0"/>')), ["h", "k"], tip=0.2)
+
+
 @pytest.mark.parametrize(("ends", "out"), [("-2.7 -.9", ", out of its range -154.7 to -51.57 deg"), ("0 2", "")])
 def test_a_joint_locked_out_of_its_range_is_told(ends: str, out: str, tmp_path: Path) -> None:
     """A quadruped's knee does not reach 0, where a leg of the hip alone locks it."""

@@ -129,7 +129,7 @@ KEYS: dict[str, str] = {
     "command_column.gear_ratio": "Its turns in one of the joint; default: as the angle.",
     "clock.column": "Its name.",
     "clock.unit": "Its unit, if the file states none.",
-    "column.column": "Its name.",
+    "column.column": "Its name; must be given, or `quaternion`.",
     "column.unit": "Its unit, if the file states none.",
     "column.counts": "Raw counts of an encoder in one of its turns, in the place of `unit`.",
     "column.gear_ratio": "Turns of the encoder in one of the joint, of an encoder on the motor's side of the gear.",
@@ -140,6 +140,11 @@ KEYS: dict[str, str] = {
     "column.segment": "The angle is that of the link itself in space (an inertial sensor's, an inclinometer's), not of "
     "the joint. `zero` is then the reading when it hangs straight down, and must be given; `sign` +1, the default, "
     "where the reading grows counter-clockwise.",
+    "column.quaternion": "The columns w, x, y, z of an inertial sensor on this link, in the place of `column`; a `-` "
+    "before a name turns its sign. The quaternion turns the sensor's axes into the Earth's, z up.",
+    "column.axis": "The axis about which the link turns, in the sensor's own axes, towards the one who sees the leg as "
+    "the leg file has it. Left out: the import tells the axis that the file shows.",
+    "column.down": "The direction of the link from its joint outward, in the sensor's own axes.",
     "column.command": "The commanded angle's column: `NAME` or a mapping, of a joint with a servo.",
     "column.voltage": "The motor's voltage, of a joint with a drive of kind voltage.",
     "column.current": "The motor's current, of a joint with a drive of kind torque.",

@@ -13,7 +13,7 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.robot_bodies import tip_names
-from synth.files.robots.inertia_doubts import inertia_messages
+from synth.files.robots.inertia_doubts import inertia_messages, require_moments
 from synth.files.robots.last_link import last_link
 from synth.files.robots.leg_plane import LegPlane, plane_of_leg
 from synth.files.robots.mjcf_dampers import curve_of
@@ -50,13 +50,14 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     Raises
     ------
     UserError
-        If the joints are not such a chain, an axis deviates from the plane's normal by more than 5 degrees, or the
-        file compensates the weight of its bodies by different shares.
+        If the joints are not such a chain, an axis deviates from the plane's normal by more than 5 degrees, a link's
+        body has a negative moment of inertia, or the file compensates the weight of its bodies by different shares.
     """
     joints = _chain(robot, chain)
     seen, found = plane_of_leg(robot, joints, plane)
     messages = [*robot.left_out, *found]
     groups = _groups(robot, joints, messages)
+    require_moments(robot, groups)
     anchors = seen.flat(np.stack([joint.anchor for joint in joints]))
     base = robot.bodies[joints[0].body].parent
     tilt = _turn(robot.bodies[base].rotation, seen) if base >= 0 else 0.0
@@ -172,7 +173,7 @@ class _Lumped:
 
     def gyration(self, anchor: Array) -> float:
         """Radius of gyration about a point (2,), m: no body is smaller than that."""
-        return float(np.sqrt(max(self.inertia, 0.0) / self.mass + ((self.com - anchor) ** 2).sum()))
+        return float(np.sqrt(self.inertia / self.mass + ((self.com - anchor) ** 2).sum()))
 
     @classmethod
     def of(cls, robot: Robot, bodies: Sequence[int], seen: LegPlane) -> _Lumped:
@@ -185,7 +186,7 @@ class _Lumped:
         com = weights @ places / mass
         about = sum(float(seen.normal @ body.inertia @ seen.normal) for body in parts)
         about += float(weights @ ((places - com) ** 2).sum(axis=1))
-        return cls(mass, com, about)
+        return cls(mass, com, max(about, 0.0))  # below 0 by rounding alone: require_moments refuses the rest
 
 
 def _joint(

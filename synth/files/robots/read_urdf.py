@@ -29,7 +29,6 @@ from synth.files.robots.xml_root import root_element
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
 GRAVITY = 9.81  # m/s^2; URDF leaves it to the simulator
-ROUNDING = 1e-3  # of the largest moment of inertia: what a file's digits leave of one that is 0
 KINDS: dict[str, Kind] = {
     "revolute": "hinge",
     "continuous": "hinge",
@@ -249,10 +248,6 @@ class _UrdfReader:
         mass = self.number(None if inertial is None else inertial.find("mass"), "value", key)
         if mass < 0.0:
             self.refuse(f"has the mass {mass:g} kg", key)
-        moments = np.linalg.eigvalsh(inertia)
-        if moments[0] < -ROUNDING * np.abs(moments).max():
-            shown = ", ".join(f"{moment:.4g}" for moment in moments)
-            self.refuse(f"has the principal moments of inertia {shown} kg m^2; none may be negative", key)
         drawn = [item for tag in ("collision", "visual") for item in link.findall(tag)]
         shapes = tuple(self.shape(item, key).moved(place, turn) for item in drawn)
         return RobotBody(name, parent, turn, place, mass, place + turn @ own_place, inertia, shapes)
@@ -291,10 +286,13 @@ class _UrdfReader:
         key, kind = f"joint {name}", KINDS.get(joint.get("type", ""))
         if kind is None:
             self.refuse(f'type="{joint.get("type", "")}" is not one of {", ".join(KINDS)}', key)
-        axis = self.numbers(joint.find("axis"), "xyz", "1 0 0", key)
+        # A joint that turns and slides about none has no use for an axis: CAD exporters write 0 0 0 there.
+        has_axis = kind in ("hinge", "slide")
+        axis = self.numbers(joint.find("axis") if has_axis else None, "xyz", "1 0 0", key)
         length = float(np.linalg.norm(axis))
         if length == 0.0:
-            self.refuse("has an axis of length 0", key)
+            self.refuse(f'is {joint.get("type", "")} and has axis xyz="0 0 0"; write the direction that it moves along '
+                        'or about, such as "0 1 0"', key)  # fmt: skip
         dynamics, limit = joint.find("dynamics"), joint.find("limit")
         span = None
         if joint.get("type") in ("revolute", "prismatic") and limit is not None:

@@ -130,7 +130,8 @@ def _check_clock(time: Array, known: Mask, joints: Sequence[str], name: str) -> 
         raise UserError(Problem(f"has {len(time)} samples; at least {SHORTEST} are needed", name))
     if not np.isfinite(time).all():
         row = int(np.argmin(np.isfinite(time)))
-        raise UserError(Problem(f"sample {row + 1} has no time", name))
+        text = f"sample {row + 1} has no time: write it, or remove that row"
+        raise UserError(Problem(text, name))
     step = np.diff(time)
     if (step <= 0).any():
         row = int(np.argmax(step <= 0))
@@ -140,7 +141,11 @@ def _check_clock(time: Array, known: Mask, joints: Sequence[str], name: str) -> 
     own = own_moments(time, known)
     clock = densest_clock(time, own)
     apart = ", ".join(f"{joint} {count}" for joint, count in zip(joints, own.sum(axis=0).tolist(), strict=True))
-    notes = [] if own.all() else [f"its joints are sampled at different moments ({apart}): each has its own clock"]
+    sampled = own.any(axis=1)
+    if not own[sampled].all():
+        return [f"its joints are sampled at different moments ({apart}): each has its own clock", *_lost_frames(clock)]
+    others = int((~sampled).sum())
+    notes = [f"{others} of its rows are moments of other columns, without a sample of a joint"] if others else []
     return notes + _lost_frames(clock)
 
 

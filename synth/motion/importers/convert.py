@@ -22,9 +22,10 @@ from synth.motion.importers.from_point_columns import points_in_columns
 from synth.motion.importers.limb_sides import exchanged_limb
 from synth.motion.importers.other_columns import unused_columns, velocities
 from synth.motion.importers.points import TrackedAngles, track
+from synth.motion.importers.quaternion_angles import with_quaternions
 from synth.motion.importers.raw_counts import angle_scale, without_overflow
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
-from synth.motion.importers.repeated_rows import without_repeated_rows
+from synth.motion.importers.repeated_rows import without_empty_rows, without_repeated_rows
 from synth.motion.importers.segment_angles import measured_angles
 from synth.motion.limb_pace import pace_doubt
 from synth.motion.release import Release, find_release
@@ -232,7 +233,8 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
 
 def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, LogClock, Array, list[str]]:
     """A file of channels without its repeated rows, its clock, and measured angles (n, n_joint) rad."""
-    notes = list(source.notes)
+    source, sensed = with_quaternions(source, leg, mapping)
+    notes = [*source.notes, *sensed]
     problems: list[Problem] = []
     columns: list[tuple[int, float]] = []
     clock, no_clock = LogClock(np.full(len(source.values), np.nan)), []
@@ -243,12 +245,12 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
     wanted = [_column_of(joint, mapping) for joint in leg.joint_names]
     for joint, column in zip(leg.joints, wanted, strict=True):
         try:
-            columns.append(_column(source, joint, column, notes))
+            columns.append(_column(source, joint, column, leg, notes))
         except UserError as error:
             problems += error.problems
     if problems or no_clock:
         raise UserError([*problems, *no_clock, *_points_instead(source, leg, problems)])
-    used, clock = without_repeated_rows(source, clock, notes)
+    used, clock = without_repeated_rows(*without_empty_rows(source, clock, notes), notes)
     source = _continued(used, leg, wanted, [index for index, _ in columns], notes)
     angles = _of_own_side(source, leg, columns, clock.time, notes)
     return used, clock, measured_angles(leg, wanted, angles), [*clock.notes, *notes]
@@ -268,9 +270,15 @@ def _column_of(joint: str, mapping: Mapping) -> JointColumn:
     return mapping.joints.get(joint) or JointColumn(joint)
 
 
-def _column(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> tuple[int, float]:
-    """The index of one joint's angle and its scale, rad."""
+def _column(source: Channels, joint: Joint, column: JointColumn, leg: Leg, notes: list[str]) -> tuple[int, float]:
+    """The index of one joint's angle and its scale, rad; raises UserError where the file says it is another's."""
     index = source.find(column.column, joint.name)
+    own = source.called.get(column.column, joint.name)
+    if own != joint.name and own in leg.joint_names:
+        text = (
+            f'{joint.name}: the file says that "{column.column}" is the angle of {own}; write {{column: {joint.name}}}'
+        )
+        raise UserError(Problem(text, source.name))
     if "/" in source.names[index] and source.names[index] != column.column:
         notes.append(f"{joint.name}: from {source.names[index]}")
     return index, angle_scale(source, index, column, joint.name)

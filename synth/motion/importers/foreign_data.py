@@ -27,7 +27,8 @@ class Channels:
     commands among them. ``numbers`` : gives a channel's values by its index with all the file's digits, for clocks.
     ``contents`` : what the file has, in messages, if that is more than the names; ``refused`` : names of what it has
     and what is wrong with it, as "in record 8 it is the text ...". ``begins`` : s, the file's own time
-    at the zero of its clocks, if the reader has set a large one (``log_clock``) to 0.
+    at the zero of its clocks, if the reader has set a large one (``log_clock``) to 0. ``called`` : what the file's
+    header calls channels that bear a joint's name because other cells tell it.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Channels:
     contents: str = ""
     begins: float = 0.0
     refused: Mapping[str, str] = field(default_factory=dict)
+    called: Mapping[str, str] = field(default_factory=dict)
 
     def has(self, wanted: str) -> bool:
         """Whether there is exactly one channel of that name."""
@@ -55,7 +57,7 @@ class Channels:
         ------
         UserError : there is none, or several; the message lists the names.
         """
-        found = indices_of_name(wanted, self.names)
+        found = indices_of_name(self.called.get(wanted, wanted), self.names)
         if len(found) == 1:
             return found[0]
         if found:

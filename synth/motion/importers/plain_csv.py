@@ -1,9 +1,9 @@
 """Plain CSV from any logger: other column names, units in brackets or in the project, commas, semicolons or tabs.
 
-Comment lines before the header are skipped. Where numbers follow them directly, the last one is the header, as
-numpy's ``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second row of units only (``s;deg;deg``) is
-recognised, so is one of x, y and z below points' names, and the first line ``sep=;`` by which a spreadsheet is told
-the separator. A column of dates or times of day is read in seconds.
+Blanks separate the columns where nothing else does. Comment lines before the header are skipped. Where numbers follow
+them directly, the last one is the header, as numpy's ``savetxt`` and ROS 1's ``rostopic echo -p`` write it. A second
+row of units only (``s;deg;deg``) is recognised, so is one of x, y and z below points' names, and the first line
+``sep=;`` by which a spreadsheet is told the separator. A column of dates or times of day is read in seconds.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from synth.files.csv_rows import SEPARATORS, csv_rows, pointed
 from synth.files.import_mapping import Mapping
 from synth.files.log_clock import exact_number
 from synth.files.paths import read_bytes
+from synth.motion.importers.blank_separated import tabbed
+from synth.motion.importers.echoed_joints import echoed_joints
 from synth.motion.importers.foreign_data import MISSING, Channels
 from synth.motion.importers.likelihood import SCORES
 from synth.motion.importers.registry import UTF_16, loader, text_start
@@ -58,16 +60,18 @@ def csv_channels(path: Path, name: str) -> Channels:
     """
     lines = list(io.StringIO(_text(path, name), newline=""))
     told = _told_separator(lines, name)
-    above = 0 if told is None else 1
+    above = begin = 0 if told is None else 1
     while above < len(lines) and (not lines[above].strip() or lines[above].lstrip().startswith(COMMENTS)):
         above += 1
+    if told is None and (parted := tabbed(lines, above)) is not None:
+        told, lines = "\t", parted
     separator = told or _separator(lines[above : above + TRIED], name)
     numbered = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
             if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
     while numbered and not any(cell.strip() for cell in numbered[-1][1]):
         numbered.pop()  # between others such a row is a missing sample, where the rows are the clock; here it is none
     if numbered and _holds_numbers(numbered[0][1], separator):
-        numbered = [*_commented_header(lines[told is not None : above], numbered[0], separator, name), *numbered]
+        numbered = [*_commented_header(lines[begin:above], numbered[0], separator, name), *numbered]
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
     if len(rows) > 2 and (merged := _of_two_rows(rows[0], rows[1])):
         rows, numbers = [merged, *rows[2:]], [numbers[0], *numbers[2:]]
@@ -80,6 +84,10 @@ def csv_channels(path: Path, name: str) -> Channels:
     first = 1
     if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
         found_units, first = tuple(cell.strip() for cell in rows[1][: len(titles)]), 2
+    joints = echoed_joints(names, rows[first:], numbers[first:], name)
+    called = {names[index]: joint for index, (joint, _) in joints.items()}
+    names = tuple(joints[index][0] if index in joints else each for index, each in enumerate(names))
+    found_units = tuple(joints[index][1] if index in joints else each for index, each in enumerate(found_units))
     found_units, notes = _clocks_in_seconds(rows[first:], titles, found_units)
     values = _values(rows[first:], numbers[first:], titles, separator, name)
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
@@ -89,7 +97,7 @@ def csv_channels(path: Path, name: str) -> Channels:
     def exact(column: int) -> list[Decimal | None]:
         return [exact_number(pointed(row[column], separator)) for row in rows[first:]]
 
-    return Channels(name, tuple(names), tuple(found_units), values, notes=notes, numbers=exact)
+    return Channels(name, names, found_units, values, notes=notes, numbers=exact, called=called)
 
 
 def _of_two_rows(names: list[str], parts: list[str]) -> list[str]:
@@ -230,6 +238,8 @@ def _values(rows: list[list[str]], lines: list[int], titles: list[str], separato
     for k, (row, line) in enumerate(zip(rows, lines, strict=True)):
         if len(row) < len(titles) or any(cell.strip() for cell in row[len(titles) :]):
             text = f"has {len(row)} cells where the header has {len(titles)} columns"
+            if len(titles) == 1 and len(row) > 1:
+                text += f' ("{titles[0][:40]}"): remove the lines above the header, or begin each of them with #'
             raise UserError(Problem(text, name, line))
         for column in range(len(titles)):
             number = _number(row[column], separator)

@@ -1,4 +1,4 @@
-"""Rows of a log that are there twice: the same time and the same values, as a logger writes whose loop ran ahead."""
+"""Rows of a log that are no samples: there twice, as a logger writes whose loop ran ahead, or without any number."""
 
 from __future__ import annotations
 
@@ -41,5 +41,24 @@ def without_repeated_rows(source: Channels, clock: LogClock, notes: list[str]) -
     many = f"{int(again.sum())} rows repeat the time and all values of the row before, the first"
     what = "1 row repeats the time and all values of the row before," if again.sum() == 1 else many
     notes.append(f"{what} at {first:.3f} s: left out")
-    own = None if source.time is None else source.time[~again]
-    return replace(source, values=source.values[~again], time=own), replace(clock, time=clock.time[~again])
+    return _only(~again, source, clock)
+
+
+def without_empty_rows(source: Channels, clock: LogClock, notes: list[str]) -> tuple[Channels, LogClock]:
+    """The file and its clock without rows that have neither a time nor a number; a note tells how many went.
+
+    pandas writes such rows where tables were joined. A row that has a time is a missing sample, and stays.
+    """
+    empty = ~np.isfinite(clock.time) & ~np.isfinite(source.values).any(axis=1)
+    if not empty.any():
+        return source, clock
+    count = int(empty.sum())
+    what = "1 row has" if count == 1 else f"{count} rows have"
+    notes.append(f"{what} neither a time nor a number: left out")
+    return _only(~empty, source, clock)
+
+
+def _only(kept: Mask, source: Channels, clock: LogClock) -> tuple[Channels, LogClock]:
+    """The rows (n,) that are True."""
+    own = None if source.time is None else source.time[kept]
+    return replace(source, values=source.values[kept], time=own), replace(clock, time=clock.time[kept])

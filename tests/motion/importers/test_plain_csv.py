@@ -168,6 +168,39 @@ def test_rostopics_echo_with_its_clock_in_ns(tmp_path: Path, clock: str) -> None
     np.testing.assert_allclose(found.time, time, atol=1e-12)
 
 
+def echoed(path: Path, *, changed: bool = False) -> Path:
+    """Joint states by ``rostopic echo -p``, in the order of the alphabet: ankle, hip, knee."""
+    time, measured = angles()
+    rows = []
+    for k, (t, (hip, knee, ankle)) in enumerate(zip(time, np.radians(measured), strict=True)):
+        joints = "hip,ankle,knee" if changed and k == 7 else "ankle,hip,knee"
+        rows.append(f"{1_700_000_000_123_456_768 + round(t * 1e9)},{k},,{joints},{ankle},{hip},{knee},0,0,0\n")
+    quantities = ",".join(f"field.{what}{k}" for what in ("name", "position", "effort") for k in range(3))
+    path.write_text(f"%time,field.header.seq,field.header.frame_id,{quantities}\n" + "".join(rows))
+    return path
+
+
+def test_rostopics_echo_names_its_joints(tmp_path: Path) -> None:
+    """Its columns were known by their place alone, and a project that took the limb's order got exchanged joints."""
+    path = echoed(tmp_path / "a.csv")
+    found = imported(path, Mapping())
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    np.testing.assert_allclose(found.time, angles()[0], atol=1e-12)
+    places = {"hip": 1, "knee": 2, "ankle": 0}
+    right = {name: JointColumn(f"field.position{k}", unit="rad") for name, k in places.items()}
+    np.testing.assert_allclose(imported(path, Mapping(joints=right)).angles, found.angles)
+    wrong = {"hip": JointColumn("field.position0", unit="rad")}
+    with pytest.raises(UserError, match=r'hip: the file says that "field.position0" is the angle of ankle; write'):
+        imported(path, Mapping(joints=wrong))
+
+
+def test_rostopics_echo_whose_joints_change_places_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        UserError, match=r'a.csv:9: field.name0: is "hip" after "ankle": the columns are of other joints'
+    ):
+        imported(echoed(tmp_path / "a.csv", changed=True), Mapping())
+
+
 def test_rows_of_separators_at_the_end_are_no_samples(tmp_path: Path) -> None:
     """As spreadsheets leave them."""
     text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
@@ -403,3 +436,54 @@ def test_joints_read_a_moment_apart_are_neither_lost_nor_missing(tmp_path: Path)
     assert "2 frames are lost in 1 gap of the clock, after 0.495 s" in notes
     assert "knee: 2 of 298 samples are missing and not filled; the longest gap is 15 ms, from 0.245 s on" in notes
     assert notes.count("missing") == 1
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "t [s] hip [deg] knee [deg] ankle [deg]",
+        "time[s] hip(deg) knee(deg) ankle(deg)",
+        "# a run\n# t [s] hip [deg] knee [deg] ankle [deg]",
+        "t hip knee ankle\ns deg deg deg",
+    ],
+)
+def test_columns_that_blanks_separate(tmp_path: Path, head: str) -> None:
+    """As of numpy's savetxt without a delimiter: the message was that there is no column "hip" in "time hip knee"."""
+    time, measured = angles()
+    rows = [f"  {t:.5f}   {'  '.join(f'{value:.9f}' for value in row)}" for t, row in zip(time, measured, strict=True)]
+    (tmp_path / "a.txt").write_text("\n".join([head, *rows, ""]))
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.txt").angles), measured, atol=1e-9)
+
+
+def test_a_line_above_the_header_gets_what_to_do(tmp_path: Path) -> None:
+    text = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False)
+    (tmp_path / "a.csv").write_text("Starting ...\n" + text)
+    with pytest.raises(
+        UserError, match=r'header has 1 columns \("Starting ..."\): remove the lines above the header, or'
+    ):
+        imported(tmp_path / "a.csv")
+
+
+def test_rows_without_a_time_or_a_number_are_left_out(tmp_path: Path) -> None:
+    """As in tables that pandas joined: "sample 51 has no time" stopped the import."""
+    lines = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(index=False).splitlines()
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:51], "NaN,NaN,NaN,NaN", ",,,", *lines[51:]]) + "\n")
+    found = imported(tmp_path / "a.csv")
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    assert "2 rows have neither a time nor a number: left out" in found.notes
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:51], ",1,2,3", *lines[51:]]) + "\n")
+    with pytest.raises(UserError, match="sample 51 has no time: write it, or remove that row"):
+        imported(tmp_path / "a.csv")
+
+
+def test_rows_of_other_columns_are_no_moments_of_the_joints(tmp_path: Path) -> None:
+    """PlotJuggler's table of two topics: the joints, read together, were said to be sampled at different moments."""
+    time, measured = angles()
+    rows = []
+    for k, (t, row) in enumerate(zip(time, measured, strict=True)):
+        rows.append(f"{t:.5f},{','.join(map(str, row))},")
+        rows += [f"{t + 0.001:.5f},,,,1"] if k % 5 == 0 else []
+    (tmp_path / "a.csv").write_text("\n".join(["time [s],hip [deg],knee [deg],ankle [deg],/mode", *rows, ""]))
+    found = imported(tmp_path / "a.csv")
+    assert "60 of its rows are moments of other columns, without a sample of a joint" in found.notes
+    assert not any("different moments" in note or "missing" in note for note in found.notes)
