@@ -23,6 +23,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, n
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.plants.swinging_chain.changed_effect import changed_effects
+from synth.diagnosis.plants.swinging_chain.far_numbers import REMEDY, FarNumbers, far_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.workbench import Workbench
@@ -78,7 +79,8 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         tell("the recordings against the designed leg")
         compared = describe_channels(leg.joint_names, [trial.recording for trial in scene.given], found)
         bench = _comparison_bench(scene.bench, scene.given, compared)
-        findings += column_findings(leg, project.trials, bench)
+        columns = column_findings(leg, project.trials, bench)
+        findings += columns or _far_findings(far_numbers(leg, scene.bench, scene.given))
         if not _any_fault(findings):
             tell("causes that can be separated")
             at = as_designed(bench)
@@ -101,6 +103,11 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         UNEXPLAINED_SHARE,
         input_hashes(project),
     )
+
+
+def _far_findings(far: FarNumbers) -> list[Finding]:
+    """A stated number that is off by a slip of the unit: a fault. Of dampers a doubt: a bearing's is often guessed."""
+    return [Finding("doubt" if far.only_damping else "fault", far.text, REMEDY)] if far.each else []
 
 
 def _any_fault(findings: Sequence[Finding]) -> bool:

@@ -33,6 +33,7 @@ from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate
 from synth.diagnosis.plants.swinging_chain.clock_doubt import doubting_clock
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.plants.swinging_chain.far_numbers import doubting_numbers
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
 from synth.diagnosis.plants.swinging_chain.held_starts import doubt_of_held_starts, held_start_remarks, held_starts
 from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_sentences
@@ -105,8 +106,7 @@ class Scene:
     @property
     def motion(self) -> float:
         """RMS of the motion about its mean over the noise, of all joints that are free."""
-        given = whole_recordings(self.given)
-        squares = [np.nanvar(t.measured[:, t.free], axis=0) / self.usual[t.free] ** 2 for t in given]
+        squares = [np.nanvar(t.measured[:, t.free], 0) / self.usual[t.free] ** 2 for t in whole_recordings(self.given)]
         return float(np.sqrt(np.mean(np.concatenate(squares))))
 
     def motion_trusted(self, share: float) -> float:
@@ -346,7 +346,7 @@ def diagnose(
     scene, warnings = scene_of(leg, in_canonical_order(trials), tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
-    findings = find_causes(plant, progress or (lambda text: None))
+    findings = doubting_numbers(leg, scene.bench, scene.given, find_causes(plant, progress or (lambda text: None)))
     findings = doubting_clock(leg, findings, trials, lambda new: scene_of(leg, new, tolerance, seed, noise)[0].bench)
     errors, shown, tolerances = findings.stages.errors, plant.shown(findings.stages), scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
