@@ -110,14 +110,30 @@ def _meeting_stops(dimensions: JointDimensions, layout: JointLayout) -> list[Dim
     return [DimensionProblem(f"{dimensions.name}.range", dimensions.range, allowed, reason)]
 
 
+def _too_wide(dimensions: JointDimensions, excess: float) -> DimensionProblem:
+    """The problem of a sweep of the upper arm that is ``excess`` deg too wide: of the free angle, or of the travel."""
+    name, free, (low, high) = dimensions.name, dimensions.free_angle, dimensions.stop_angles
+    if free - excess > high:
+        allowed = f"at most {math.floor(free - excess):g} deg"
+    elif free + excess < low:
+        allowed = f"at least {math.ceil(free + excess):g} deg"
+    else:
+        reason = "the arm's sweep would take the whole pocket wall"
+        return DimensionProblem(f"{name}.range", dimensions.range, "a smaller travel", reason)
+    reason = "the spring is put in unloaded and wound up by its upper arm, whose way would take the whole pocket wall"
+    return DimensionProblem(f"{name}.free_angle", free, allowed, reason)
+
+
 def _swept(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """Seats that collide with the other half's stem, or with each other, between the stops."""
+    """Seats that collide with the other half's stem, or with each other, between the stops and at the free angle.
+
+    From a free angle beyond a stop the upper arm's seat is turned to the travel when the joint is assembled.
+    """
     name, sweep = dimensions.name, layout.notch[1] - layout.notch[0]
     if sweep > LARGEST_NOTCH:
-        reason = "the arm's sweep would take the whole pocket wall"
-        return [DimensionProblem(f"{name}.range", dimensions.range, "a smaller travel", reason)]
+        return [_too_wide(dimensions, sweep - LARGEST_NOTCH)]
     clear = dimensions.clearance
-    first, last = sorted(dimensions.opening(angle) for angle in dimensions.stop_angles)
+    first, *_, last = sorted(dimensions.opening(angle) for angle in (*dimensions.stop_angles, dimensions.free_angle))
     # The seat may stand turned to either side by then.
     first, last = first - layout.plate.travel, last + layout.plate.travel
     count = max(1, math.ceil((last - first) / SWEEP))

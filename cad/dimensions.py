@@ -130,7 +130,9 @@ class JointDimensions:
 
     name: str
     spring: SpringDimensions
-    free_angle: float = dimension(MISSING, -360.0, 360.0, "deg", "measured angle at which the spring is unloaded")
+    free_angle: float = dimension(
+        MISSING, -720.0, 720.0, "deg", "at which the spring is unloaded; how far from the travel, its arm's way decides"
+    )
     rest_angle: float = dimension(MISSING, -360.0, 360.0, "deg", "measured angle of the drawn pose")
     range: tuple[float, float] = (60.0, 160.0)
     zero_angle: float = dimension(180.0, -360.0, 360.0, "deg", "measured angle of the straight joint")

@@ -9,6 +9,7 @@ from math import degrees, radians
 
 import numpy as np
 
+from synth.design.arm_sweep import least_rates
 from synth.design.choose_dampers import DamperChoiceMade
 from synth.design.choose_springs import SpringSource, travels
 from synth.design.part_sets import SetsMade, choose_sets, unjudged_set
@@ -223,6 +224,7 @@ def refit_links(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
 def _sources(task: ChoiceTask, leg: Leg) -> list[SpringSource]:
     """Each joint's source of springs, for the travel of the springs of ``leg``."""
     project = task.project
+    least_each = least_rates(leg, task.wanted) if task.drawn else [0.0] * len(leg.joints)
     return [
         SpringSource(
             joint.name,
@@ -233,8 +235,9 @@ def _sources(task: ChoiceTask, leg: Leg) -> list[SpringSource]:
             project.parts,
             task.held.wires.get(joint.name),
             task.drawn,
+            least,
         )
-        for joint, turn in zip(leg.joints, travels(leg, task.wanted.motions), strict=True)
+        for joint, turn, least in zip(leg.joints, travels(leg, task.wanted.motions), least_each, strict=True)
     ]
 
 

@@ -42,6 +42,8 @@ from synth.swing.leg_model import Leg
 MOST_CANDIDATES = 48  # candidate springs per joint and damper, nearest rates first
 NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
 INCLUDED_ANGLE = radians(120.0)  # default for a spring to wind: that of the thesis' springs
+ROUNDING = 1.0 - 1e-9  # of a rate that is held to its limit
+TOO_WEAK = "too weak: its free angle would be farther away than the drawn joint can wind it up"
 ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; start of the first of two searches
 
 
@@ -58,7 +60,8 @@ class SpringOption:
     ``turned_to_hold``: it is seated so because the seat of ``WantedTravel`` would let it yield.
     ``passed``: of a bought spring, its limits that the joint's travel passes; ``unchecked``: why it is not known where
     it yields; ``loose``: how to measure one of it, once
-    its joint is drawn; ``mirror``: of two, the part of the other hand, None if no catalogue has it.
+    its joint is drawn; ``mirror``: of two, the part of the other hand, None if no catalogue has it. ``held``: ``asked``
+    is the least rate of a spring that its joint can wind up, because a weaker one was wanted.
     """
 
     rate: float
@@ -79,6 +82,7 @@ class SpringOption:
     unchecked: str = ""
     loose: LooseTest | None = None
     mirror: TorsionSpringRow | None = None
+    held: bool = False
 
     @property
     def test(self) -> LooseTest | None:
@@ -134,7 +138,8 @@ class SpringChoiceMade:
 class SpringSource:
     """The source of springs for one joint: requirements, available space, catalogue.
 
-    ``drawn``: the joint is drawn, so only springs that can be are candidates.
+    ``drawn``: the joint is drawn, so only springs that can be are candidates. ``least_rate`` (N m/rad): of those that
+    it can wind up from their free angle, see ``arm_sweep``.
     """
 
     joint: str
@@ -145,6 +150,7 @@ class SpringSource:
     parts: PartsOptions = ANY
     held_wire: float | None = None  # m, wire of the spring to wind with which the links' masses were computed
     drawn: bool = False
+    least_rate: float = 0.0
 
     @property
     def turned(self) -> WantedTravel:
@@ -152,6 +158,10 @@ class SpringSource:
         if self.choice.travel is None:
             return self.travel
         return replace(self.travel, winding=self.choice.travel, opening=min(self.travel.opening, self.choice.travel))
+
+    def winds_up(self, rate: float) -> bool:
+        """Whether the joint can wind up springs of this rate (N m/rad) together."""
+        return rate >= self.least_rate * ROUNDING
 
     def acting(self, row: TorsionSpringRow) -> float:
         """Rate (N m/rad) of one spring of this row in the joint, which is what the wanted rate is compared with."""
@@ -163,7 +173,8 @@ def spring_options(
 ) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
     """The springs that a joint may have (bought, or one to wind), the excluded rows by reason, and notes on the choice.
 
-    ``lasting`` as in ``spring_to_wind``. What is told of a spring to wind itself: ``warnings_of_wound``.
+    ``lasting`` as in ``spring_to_wind``. A ``rate`` (N m/rad) below the source's least is held to it. What is told of a
+    spring to wind itself: ``warnings_of_wound``.
 
     Bought springs that yield, break early or pass their vendor's limits in the joint's travel are excluded, unless one
     is named by its part number, or no other spring can be had: their ``passed`` is then not empty.
@@ -172,7 +183,7 @@ def spring_options(
     ------
     UserError : a bought spring is required and none meets the constraints.
     """
-    joint, choice, catalogue = source.joint, source.choice, source.catalogue
+    joint, choice, catalogue, rate = source.joint, source.choice, source.catalogue, max(rate, source.least_rate)
     if choice.make:
         return [spring_to_wind(source, rate, lasting=lasting)[0]], {}, []
     if choice.part is not None:
@@ -261,7 +272,7 @@ def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, r
         looked += 1
         turned = source.turned
         against_it = reasons_not_drawn(row, turned.winding, source.cad, turned.opening) if source.drawn else iter(())
-        reason = next(against_it, None)
+        reason = next(against_it, None) if source.winds_up(source.acting(row) * count) else TOO_WEAK
         if reason is None:
             option = _bought(row, source, count, rate)
             if not option.passed:
@@ -328,6 +339,7 @@ def _bought(row: TorsionSpringRow, source: SpringSource, count: int, asked: floa
         passed=(*passed, *passed_as_held(check, source.choice.cycles, unchecked)),
         unchecked=unchecked,
         mirror=mirror_of(row, source.catalogue.springs, source.parts) if count == 2 else None,
+        held=asked <= source.least_rate,
     )
 
 
@@ -375,7 +387,8 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
         raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
     design = result.best or nearest_taken(result).design
     total = design.rate * design.count
-    option = SpringOption(total, design.included_angle, design=design, result=result, asked=rate)
+    held = rate <= source.least_rate
+    option = SpringOption(total, design.included_angle, design=design, result=result, asked=rate, held=held)
     return replace(option, closes=1 if travel.turned_round else -1), warnings_of_wound(joint, option)
 
 

@@ -41,6 +41,10 @@ _TRAVEL = "a smaller range of {joint} in the target leg"
 # What no key states: in words what it is, and what changes it.
 _CHOSEN = {
     "upper_arm_angle": ("the direction of the upper arm, which the program chooses,", f"{_TRAVEL}, or {_SPRING}"),
+    "free_angle": (
+        "the free angle, at which the spring balances the leg's weight in its rest pose,",
+        "a stiffer spring (select.joints.{joint}.spring), whose free angle is nearer",
+    ),
     "range": ("the drawn travel, that of the motion with a margin,", f"{_SPRING}, or {_TRAVEL}"),
     "stops": ("the place of the stops", f"{_TRAVEL}, or {_SPRING}"),
     "link_length": ("the link's length", "a longer link of {joint} in the target leg, a smaller spring or damper"),

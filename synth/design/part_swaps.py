@@ -177,7 +177,7 @@ def _with_tuned_spring(judge: Judge, chosen: Pairs, joint: int, pair: Pair, sour
     spring = pair.spring
     if spring.row is not None:
         return pair
-    rates = [spring.rate, *(spring.rate * factor for factor in RATE_FACTORS)]
+    rates = [spring.rate, *filter(source.winds_up, (spring.rate * factor for factor in RATE_FACTORS))]
     tried = [_with_pair(chosen, joint, replace(pair, spring=replace(spring, rate=rate))) for rate in rates]
     best = int(np.argmin(judge.errors(tried)))
     wound = _wound(source, rates[best]) if best > 0 else None

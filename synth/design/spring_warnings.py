@@ -101,6 +101,14 @@ def wanted_rate_note(joint: str, option: SpringOption, damper: str, fitted: floa
     """Why the wanted rate is not the ``fitted`` one (N m/rad), if they differ by more than a bought spring may."""
     if choice.part is not None or abs(option.asked / fitted - 1.0) <= choice.rate_tolerance:
         return []
+    if option.held:
+        text = (
+            f"{joint}: the fit to the recordings with {damper} gives a spring of {fitted:.3g} N*m/rad, which would be "
+            "unloaded farther away than the joint as drawn can wind it up: it is put in unloaded, and its upper arm is "
+            f"then turned to the travel. The wanted rate is held to {option.asked:.3g}, the least that can be; "
+            "--no-cad, for joints of your own, does not limit it"
+        )
+        return [noted(text)]
     return [
         noted(
             f"{joint}: the wanted spring rate is {option.asked:.3g} N*m/rad, with which the simulated leg moves as "
