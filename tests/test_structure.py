@@ -29,6 +29,7 @@ FLOORS = (
         "threads",
         "shared_calls",
         "side_processes",
+        "mujoco_warnings",
         "cache",
         "planting",
     ),

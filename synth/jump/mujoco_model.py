@@ -35,6 +35,7 @@ from synth.jump.outcomes import (
     JumpOutcome,
     rise_of_jump,
 )  # fmt: skip
+from synth.mujoco_warnings import heard_warnings
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 2e-6  # s; half of it changes the clearance by less than 0.1 mm
@@ -226,7 +227,8 @@ def mujoco_jump(
     fall = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
     touching = 1e-6 if ground == "same" else 1e-4  # m, of the foot above the ground
     seen, status, knees = _WatchedJump(), None, [f"body_{side}{segments(leg)[2]}" for side in "rl"]
-    with _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
+    # That a simulation is lost is judged by its state, see ``_broken``.
+    with heard_warnings(mujoco), _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
         mujoco.mj_forward(model_, data)
         while data.time < (FLIGHT if drop is None else drop.duration) and status is None:
             foot, foot_v = _foot(mujoco, model_, data)

@@ -11,6 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.model_checks.checked import ModelCheck
 from synth.model_checks.swinging import AWAY, FINE, without_effects
+from synth.mujoco_warnings import heard_warnings
 from synth.swing.chain import simulate
 from synth.swing.leg_model import DamperCurve, Joint, Leg
 from synth.swing.mechanics import rest_pose
@@ -80,11 +81,12 @@ def _by_mujoco(mujoco: Any, leg: Leg, start: Array, times: Array, step: float) -
 
     mujoco.set_mjcb_passive(add if curves else None)
     try:
-        for sample, interval in enumerate(np.diff(times), start=1):
-            count = max(1, math.ceil(interval / step - 1e-9))
-            model.opt.timestep = interval / count
-            mujoco.mj_step(model, data, nstep=count)
-            out[sample] = data.qpos
+        with heard_warnings(mujoco):  # a motion that diverges is told by its difference
+            for sample, interval in enumerate(np.diff(times), start=1):
+                count = max(1, math.ceil(interval / step - 1e-9))
+                model.opt.timestep = interval / count
+                mujoco.mj_step(model, data, nstep=count)
+                out[sample] = data.qpos
     finally:
         mujoco.set_mjcb_passive(None)
     return out

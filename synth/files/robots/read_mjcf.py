@@ -19,6 +19,7 @@ from synth.files.robots.mjcf_files import require_files_inside
 from synth.files.robots.mjcf_spring_tendons import with_springs
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint, doubtful_limits
+from synth.mujoco_warnings import heard_warnings
 
 NONE: dict[int, float] = defaultdict(float)  # of each joint, where an older MuJoCo has no such attribute
 NO_POWERS: dict[int, tuple[float, float]] = defaultdict(lambda: (0.0, 0.0))  # terms beyond the linear one, likewise
@@ -49,7 +50,8 @@ def read_mjcf(path: Path) -> Robot:
         raise UserError(Problem(text, str(path))) from None
     require_files_inside(path)
     try:
-        model = mujoco.MjModel.from_xml_path(str(path))
+        with heard_warnings(mujoco) as heard:
+            model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         raise UserError(Problem(f"cannot be compiled by MuJoCo: {'; '.join(lines)[:400]}", str(path))) from None
@@ -84,7 +86,7 @@ def read_mjcf(path: Path) -> Robot:
     name = _name(mujoco, model, "mjOBJ_BODY", 1) if model.nbody > 1 else ""
     title = title or name or path.stem
     marks = {_name(mujoco, model, "mjOBJ_SITE", index): data.site_xpos[index].copy() for index in range(model.nsite)}
-    left_out = _left_out(mujoco, model, held.read, actuators)
+    left_out = (*_left_out(mujoco, model, held.read, actuators), *(f"MuJoCo warns: {text}" for text in heard))
     weighs = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     gravity = np.array(model.opt.gravity) if weighs else np.zeros(3)
     return Robot(title, bodies, joints, gravity, left_out, marks, contacts_of(mujoco, model))
