@@ -219,6 +219,10 @@ def _of_quaternion(
     for word in ("column", "unit", "counts", "zero_count"):
         if getattr(column, word) is not None:
             reader.refuse('does not apply beside "quaternion"; leave it out', (*key, word))
+    if column.gear_ratio != 1.0:
+        reader.refuse(
+            'does not apply beside "quaternion": the sensor is on the link; leave it out', (*key, "gear_ratio")
+        )
     axis, down = (None if each is None else np.array(each) for each in (column.axis, column.down))
     for word, each in (("axis", axis), ("down", down)):
         if each is not None and not (np.isfinite(each).all() and each.any()):

@@ -134,7 +134,7 @@ KEYS: dict[str, str] = {
     "column.counts": "Raw counts of an encoder in one of its turns, in the place of `unit`.",
     "column.gear_ratio": "Turns of the encoder in one of the joint, of an encoder on the motor's side of the gear.",
     "column.zero": "The file's reading when this link points along its parent, over the gear ratio; default: as in the "
-    "leg file.",
+    "leg file, of a `quaternion` 0 deg.",
     "column.zero_count": "The same in raw counts, in the place of `zero`.",
     "column.sign": "+1 or -1, as in the leg file; default: the same.",
     "column.segment": "The angle is that of the link itself in space (an inertial sensor's, an inclinometer's), not of "

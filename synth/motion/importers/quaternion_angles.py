@@ -44,6 +44,10 @@ def with_quaternions(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Chan
         column = mapping.joints.get(joint)
         if column is None or not column.quaternion:
             continue
+        if column.column in made:
+            text = f"{joint}: its {column.column} is another joint's already; each link has a sensor of its own"
+            problems.append(Problem(text, source.name))
+            continue
         try:
             indices, found = _rotations(source, joint, column, notes)
             made[column.column] = _angle(found, joint, column, source.name, notes)

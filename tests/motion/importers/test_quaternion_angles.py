@@ -118,6 +118,8 @@ def test_missing_quaternions_and_columns_that_are_none(tmp_path: Path) -> None:
     exchanged = joints | {"hip": replace(joints["hip"], quaternion=("hip_qx", "hip_qy", "hip_qz", "hip_qw"))}
     with pytest.raises(UserError, match=r"order w, x, y, z: quaternion: \[hip_qw, hip_qx, hip_qy, hip_qz\]"):
         imported(path, **exchanged)
+    with pytest.raises(UserError, match="knee: its quaternion hip is another joint's already"):
+        imported(path, **joints | {"knee": joints["hip"]})
     other = joints | {"hip": replace(joints["hip"], quaternion=("time", *names("hip")[1:]))}
     with pytest.raises(UserError, match="hip: time, hip_qx, hip_qy, hip_qz are no quaternion: its length is"):
         imported(path, **other)
@@ -161,6 +163,7 @@ def test_a_project_states_quaternions(tmp_path: Path) -> None:
         ("column: a, axis: [0, 0, 1]", r"joints.hip.axis: is of a sensor's quaternion"),
         ("quaternion: [a, b, c, d]", r"joints.hip: needs the direction of this link .*: down: \[1, 0, 0\]"),
         ("quaternion: [a, b, c, d], down: [1, 0, 0], counts: 4096", r'joints.hip.counts: does not apply beside "quat'),
+        ("quaternion: [a, b, c, d], down: [1, 0, 0], gear_ratio: 6", r"joints.hip.gear_ratio: does not apply beside"),
         ("quaternion: [a, b, c, d], down: [0, 0, 0]", r"joints.hip.down: is no direction; write three numbers"),
         ("quaternion: [a, b, c, d], down: [1, 0, 0], axis: [2, 1, 0]", r"joints.hip.down: is along the axis"),
         ("quaternion: [a, b, c], down: [1, 0, 0]", r"joints.hip.quaternion"),
