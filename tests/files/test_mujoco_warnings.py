@@ -1,4 +1,4 @@
-"""MuJoCo's warnings are told, and leave no file in the folder that the user is in."""
+"""MuJoCo's warnings are told, and leave no file in the folder that the user is in; so is an MJCF that is not in SI."""
 
 from __future__ import annotations
 
@@ -32,3 +32,13 @@ def test_a_simulation_that_is_lost_is_heard(tmp_path: Path, monkeypatch: pytest.
         mujoco.mj_step(model, data)
     assert heard
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("gravity", "unit"), [(-981.0, "centimetres"), (-9810.0, "millimetres"), (-9.81, "")])
+def test_gravity_of_a_file_in_smaller_units_is_told(gravity: float, unit: str, tmp_path: Path) -> None:
+    """Of a fly in centimetres and grams a leg of metres and kilograms was made without a word."""
+    link = '<body><joint name="h" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.3" size=".02"/></body>'
+    text = f'<mujoco><option gravity="0 0 {gravity}"/><worldbody>{link}</worldbody></mujoco>'
+    (tmp_path / "a.xml").write_text(text, encoding="utf-8")
+    told = [each for each in robot_leg(tmp_path / "a.xml", ["h"]).messages if "gravity is" in each]
+    assert [unit in each for each in told] == ([True] if unit else [])

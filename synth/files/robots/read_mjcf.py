@@ -18,7 +18,7 @@ from synth.files.robots.mjcf_dampers import HeldByTendons, held_by_tendons, with
 from synth.files.robots.mjcf_files import require_files_inside
 from synth.files.robots.mjcf_spring_tendons import with_springs
 from synth.files.robots.robot_shapes import RobotShape, box, capsule, cylinder, ellipsoid, of_points, unread
-from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint, doubtful_limits
+from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint, doubtful_gravity, doubtful_limits
 from synth.mujoco_warnings import heard_warnings
 
 NONE: dict[int, float] = defaultdict(float)  # of each joint, where an older MuJoCo has no such attribute
@@ -89,6 +89,7 @@ def read_mjcf(path: Path) -> Robot:
     left_out = (*_left_out(mujoco, model, held.read, actuators), *(f"MuJoCo warns: {text}" for text in heard))
     weighs = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     gravity = np.array(model.opt.gravity) if weighs else np.zeros(3)
+    left_out = (*left_out, *doubtful_gravity(float(np.linalg.norm(gravity))))
     return Robot(title, bodies, joints, gravity, left_out, marks, contacts_of(mujoco, model))
 
 

@@ -15,6 +15,9 @@ from synth.files.validate import near
 # rad, two turns either way: beyond what a limb's joint turns, below most limits in degrees in a file of radians. A
 # choice: limits within 12 deg pass, and a joint of many turns is told in vain.
 MANY_TURNS = radians(720.0)
+# The Earth's gravity (m/s^2) in the smaller units in which files are written; it is within 0.6 % everywhere.
+GRAVITY_IN = {"centimetres": 981.0, "millimetres": 9810.0}
+NEAR_GRAVITY = 0.01
 Kind = Literal["hinge", "slide", "fixed", "free"]
 
 
@@ -139,3 +142,12 @@ def doubtful_limits(limits: tuple[float, float] | None, file: str) -> tuple[str,
     text = f"{file} has its limits in rad: {lower:.6g} and {upper:.6g} are {degrees(lower):.5g} and "
     text += f"{degrees(upper):.5g} deg. If degrees were meant, write {radians(lower):.4g} and {radians(upper):.4g} "
     return (f"{text}there; a joint of many turns is right so",)
+
+
+def doubtful_gravity(gravity: float) -> tuple[str, ...]:
+    """A sentence where gravity, m/s^2 if the file is in SI, looks like that of a file in smaller units."""
+    for name, expected in GRAVITY_IN.items():
+        if abs(gravity / expected - 1.0) < NEAR_GRAVITY:
+            text = f"gravity is {gravity:.5g} and was read as m/s^2; with {name} in place of metres it is the Earth's. "
+            return (f"{text}If the file is in {name}, write it anew in m, kg and s: all its numbers were read so",)
+    return ()
