@@ -11,7 +11,7 @@ its noise lasts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,7 @@ TIMES = 8  # correlation times that are tried, from a piece to half of the recor
 WHITE_SHARES = (0.0, 0.1, 1.0, 10.0, 1e3)  # variance of a sample's white noise over the lasting part's; last: white
 NEGLIGIBLE = 1e-3  # probability of a noise that moves no variance by as much as it is known
 OWN = 3  # unknowns of a joint in a trial: initial angle, initial rate, shift
+LEAST_LEFT = 5  # pieces beyond the unknowns of a fit to one trial: of fewer its residuals hardly show a noise
 RANK = 1e-9  # of the largest: smaller directions of these are one
 
 
@@ -45,13 +46,15 @@ class _Noise:
 class _Pieces:
     """One joint in one trial: ``time`` (k,) s, number of samples ``count`` (k,), and means over the pieces.
 
-    ``left`` (k,) of the residuals, and ``columns`` (k, 3) of their derivatives by the joint's own unknowns.
+    ``left`` (k,) of the residuals, and ``columns`` (k, 3) of their derivatives by the joint's own unknowns; ``fitted``
+    (k, c) of those by all unknowns that were fitted to this trial alone, none if it was fitted with others.
     """
 
     time: Array
     count: Array
     left: Array
     columns: Array
+    fitted: Array
 
     def covariance(self, lasts: float, white: float) -> Array:
         """(k, k) of the means for a lasting part of variance one and correlation time ``lasts`` s."""
@@ -61,7 +64,7 @@ class _Pieces:
     def likelihood_parts(self, lasts: float, white: float) -> tuple[float, float, int]:
         """Log-determinants, weighted square of what the columns leave, and its degrees of freedom."""
         root = np.linalg.cholesky(self.covariance(lasts, white))
-        both = np.linalg.solve(root, np.column_stack([self.left, self.columns]))
+        both = np.linalg.solve(root, np.column_stack([self.left, self.columns, self.fitted]))
         basis, sizes, _ = np.linalg.svd(both[:, 1:], full_matrices=False)
         basis = basis[:, sizes > RANK * sizes[0]]
         rest = both[:, 0] - basis @ (basis.T @ both[:, 0])
@@ -91,16 +94,44 @@ def lasting_variances(model: TrajectoryModel, recordings: Sequence[Recording], s
     for j in range(variances.shape[1]):
         seen = [t for t in range(len(recordings)) if np.isfinite(variances[t, j])]
         pieces = {t: _pieces(model, recordings[t], stage, slopes[t], t, j) for t in seen}
-        usable = {t: each for t, each in pieces.items() if each is not None}
-        if not usable:
-            continue
-        every = max(1, len(usable) // MOST_TRIALS)
-        noises = _noises(list(usable.values())[::every])
-        for t, each in usable.items():
-            stated = float(stage.weights.noise[t, j]) ** 2 * each.white_shift_variance
-            expected = sum(n.probability * n.variance * each.shift_variance(n.lasts, n.white) for n in noises)
-            found[t, j] = variances[t, j] * max(1.0, expected / stated)
+        for t, variance in _as_white(pieces).items():
+            found[t, j] = variances[t, j] * max(1.0, variance / float(stage.weights.noise[t, j]) ** 2)
     return found
+
+
+def noise_of_each(model: TrajectoryModel, recordings: Sequence[Recording], alone: Sequence[Stage]) -> Array:
+    """(n_trial, n) rad, of the noise in fits to each trial ``alone``; nan where its samples are too few to tell.
+
+    As of a white noise by which a shift of the free angle is as uncertain. What all unknowns of such a fit take up is
+    no part of the residuals.
+    """
+    found = np.full((len(recordings), recordings[0].rotation.shape[1]), np.nan)
+    slopes = [
+        weighted_sensitivities(model, [recording], stage)[0] for recording, stage in zip(recordings, alone, strict=True)
+    ]
+    for j in range(found.shape[1]):
+        seen = [t for t, recording in enumerate(recordings) if recording.counts[:, j].any()]
+        pieces = {t: _pieces(model, recordings[t], alone[t], slopes[t], 0, j, alone=True) for t in seen}
+        for t, variance in _as_white(pieces).items():
+            found[t, j] = np.sqrt(variance)
+    return found
+
+
+def _as_white(pieces: Mapping[int, _Pieces | None]) -> dict[int, float]:
+    """By trial, rad^2, variance of a sample's white noise by which its shift is as uncertain; of too few samples none.
+
+    ``pieces`` : of one joint, by trial.
+    """
+    usable = {t: each for t, each in pieces.items() if each is not None}
+    if not usable:
+        return {}
+    every = max(1, len(usable) // MOST_TRIALS)
+    noises = _noises(list(usable.values())[::every])
+    return {
+        t: sum(n.probability * n.variance * each.shift_variance(n.lasts, n.white) for n in noises)
+        / each.white_shift_variance
+        for t, each in usable.items()
+    }
 
 
 def taken_up(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage) -> Array:
@@ -126,9 +157,16 @@ def _noises(pieces: Sequence[_Pieces]) -> list[_Noise]:
 
 
 def _pieces(
-    model: TrajectoryModel, recording: Recording, stage: Stage, found: tuple[Array, Array], trial: int, j: int
+    model: TrajectoryModel,
+    recording: Recording,
+    stage: Stage,
+    found: tuple[Array, Array],
+    trial: int,
+    j: int,
+    *,
+    alone: bool = False,
 ) -> _Pieces | None:
-    """The pieces of one joint in one trial; None of too few samples for its own unknowns."""
+    """The pieces of one joint in one trial; None of too few samples for its own unknowns, or ``alone`` for all."""
     slopes, root = found
     free, first = len(recording.free), len(stage.solution.values)
     place = recording.free.index(j)
@@ -136,7 +174,7 @@ def _pieces(
     used = recording.counts[:, j] & (root[:, j] > 0.0)
     if int(used.sum()) < 4 * OWN:
         return None
-    time, own = recording.time[used], slopes[used, j][:, columns] / root[used, j, None]
+    time, own = recording.time[used], slopes[used, j] / root[used, j, None]
     left = (stage.solution.predictions[trial] - recording.rotation)[used, j]
     number = np.minimum((PIECES * (time - time[0]) / (time[-1] - time[0])).astype(int), PIECES - 1)
     _, number, count = np.unique(number, return_inverse=True, return_counts=True)
@@ -144,5 +182,13 @@ def _pieces(
     def means(value: Array) -> Array:
         return np.asarray(np.bincount(number, value) / count)
 
-    stacked = np.stack([means(column) for column in own.T], axis=1)
-    return _Pieces(means(time), count.astype(float), means(left), stacked / np.linalg.norm(stacked, axis=0).max())
+    stacked = np.stack([means(column) for column in own[:, columns].T], axis=1)
+    stacked /= np.linalg.norm(stacked, axis=0).max()
+    fitted = np.zeros((len(count), 0))
+    if alone:
+        every = np.stack([means(column) for column in own.T], axis=1)
+        sizes = np.linalg.norm(every, axis=0)
+        fitted = every[:, sizes > 0.0] / sizes[sizes > 0.0]
+        if len(count) < fitted.shape[1] + LEAST_LEFT:
+            return None
+    return _Pieces(means(time), count.astype(float), means(left), stacked, fitted)
