@@ -20,6 +20,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.chi_squared import chi_squared_above
+from synth.estimation.f_distribution import square_above
 from synth.estimation.intervals import NORMAL90, covariance_of, student95
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import unknowns_of
@@ -34,6 +35,8 @@ from synth.threads import shared_out
 
 # Of Q: only a clear scatter counts, as links that are off and a misread correlation of the noise make some.
 SIGNIFICANCE = 1e-4
+# Of the same if nothing in the noise lasts: above it no more is asked. A choice, far above ``SIGNIFICANCE``.
+AGREE = 0.01
 # Of the information in a direction, that one trial is taken to have at most: where the others have none, the step
 # without it has no end.
 MOST_LEVERAGE = 0.75
@@ -94,6 +97,9 @@ def rate_spread(model: TrajectoryModel, recordings: Sequence[Recording], stage: 
     unknowns = unknowns_of(model)
     count = len(unknowns.names)
     none = np.zeros((count, count))
+    parts = reduced_by_trial(model, recordings, stage)
+    if _agree_to_white_noise(parts, recordings, stage):
+        return RateSpread(none, 1.0)
     noise = noise_within_trials(model, recordings, stage)
     tested = reduced_by_trial(model, recordings, Stage(stage.solution, replace(stage.weights, noise=noise)))
     rates = [unknowns.rate_at(j) for j in unknowns.rates] + [unknowns.damper_at(j) for j in unknowns.dampers]
@@ -103,7 +109,6 @@ def rate_spread(model: TrajectoryModel, recordings: Sequence[Recording], stage: 
     probability = chi_squared_above(freedom, square)
     if probability >= SIGNIFICANCE:
         return RateSpread(none, probability)
-    parts = reduced_by_trial(model, recordings, stage)
     trials, root = len(parts), np.linalg.cholesky(covariance_of(stage.solution.information.schur()))
     widen = (1.0 - 1.0 / trials) * (student95(trials - 1) / NORMAL90) ** 2 * (1.0 - freedom / square)
     moved = np.array([root @ _without(root.T @ matrix @ root, root.T @ gradient) for matrix, gradient in parts]).T
@@ -123,6 +128,25 @@ def _cochran(parts: Sequence[tuple[Array, Array]]) -> tuple[float, int]:
         square, freedom = square + part, freedom + told
     shared, told = _square(np.sum([m for m, _ in parts], axis=0), np.sum([g for _, g in parts], axis=0))
     return square - shared, freedom - told
+
+
+def _agree_to_white_noise(parts: Sequence[tuple[Array, Array]], recordings: Sequence[Recording], stage: Stage) -> bool:
+    """Whether an F test, to first order, finds no difference between trials even if nothing in the noise lasts.
+
+    Then a noise that lasts finds none either, and need not be estimated, which takes five times as long as the fit.
+    """
+    square, freedom = _cochran(parts)
+    predictions, noise = stage.solution.predictions, stage.weights.noise
+    left = [
+        ((prediction - recording.rotation) / own)[recording.counts]
+        for prediction, recording, own in zip(predictions, recordings, noise, strict=True)
+    ]
+    starts = sum(2 * len(recording.free) for recording in recordings)
+    beyond = sum(len(each) for each in left) - starts - len(parts[0][1]) - freedom
+    rest = sum(float(each @ each) for each in left) - square
+    if freedom < 1 or beyond < 1 or rest <= 0.0:
+        return freedom < 1
+    return square_above(freedom, square * beyond / rest, beyond) > AGREE
 
 
 def _square(matrix: Array, gradient: Array) -> tuple[float, int]:
