@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from glob import escape
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,9 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
     """
     require_path(path, 'read_leg("robot.leg.yaml")')
     catalogue = Catalogue.load([Path(name) for name in catalogs]) if catalogs else None
-    return _read_leg(path, resolve_part=resolver(catalogue))
+    files = [Path(path)]
+    leg = _read_leg(path, resolve_part=resolver(catalogue), opened=files.append)
+    return replace(leg, read_from=tuple(os.path.realpath(file) for file in files))
 
 
 def write_leg(leg: Leg, path: str | Path) -> None:

@@ -28,6 +28,8 @@ def input_files(project: Project) -> list[Path]:
 
 
 def read_by(project: Project) -> tuple[list[Path], list[str]]:
-    """``input_files``, and the SHA-256 of each recording: the place of one that was read in code is not known."""
-    contents = [trial.sha256 for trial in getattr(project, "trials", ()) if trial.sha256]
-    return input_files(project), contents
+    """``input_files``, those of legs that code read too, and the SHA-256 of each recording: its place is not known."""
+    trials = getattr(project, "trials", ())
+    legs = [getattr(project, "leg", None), *(trial.leg for trial in trials)]
+    files = [Path(file) for leg in legs for file in getattr(leg, "read_from", ())]
+    return input_files(project) + files, [trial.sha256 for trial in trials if trial.sha256]

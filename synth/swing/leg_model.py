@@ -179,13 +179,18 @@ class Joint:
 
 @dataclass(frozen=True)
 class Leg:
-    """A chain of 1 to 6 links, proximal to distal."""
+    """A chain of 1 to 6 links, proximal to distal.
+
+    ``read_from`` : whole paths of the files that code read it from, which a result of it must not replace; empty if it
+    was made in code, and of a project's, which knows its files. Equality leaves it out.
+    """
 
     name: str
     joints: tuple[Joint, ...]
     gravity: float = 9.81  # m/s^2
     tilt: float = 0.0  # rad, rotation of the whole base, counter-clockwise positive
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of the base
+    read_from: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -57,6 +57,19 @@ def test_a_fit_is_not_saved_over_its_recordings(
         found.save(tmp_path / "found")
 
 
+def test_a_fit_is_not_saved_over_the_leg_that_it_was_given(fitted: synth.Fit, tmp_path: Path) -> None:
+    """The leg of an earlier result, and the curve of its damper, were replaced without a word."""
+    curve = synth.Damper(curve=synth.DamperCurve((1.0, 2.0), (0.1, 0.15)))
+    first = fitted.leg.joint_names[0]
+    with output_folder(tmp_path / "found") as made:
+        synth.write_leg(fitted.leg.with_joints(**{first: {"damper": curve}}), made / "fitted.leg.yaml")
+    leg = synth.read_leg(tmp_path / "found" / "fitted.leg.yaml")
+    again = replace(fitted, project=replace(fitted.project, leg=leg.with_joints(**{first: {"sign": 1}})))
+    with pytest.raises(synth.UserError, match=r"found: holds what this run reads \(fitted\.leg\.yaml, fitted.*\.csv\)"):
+        again.save(tmp_path / "found")
+    assert again.save(again.save(tmp_path / "elsewhere")).exists()  # its own earlier folder is replaced
+
+
 def test_names_come_from_the_objects(fitted: synth.Fit) -> None:
     name = fitted.leg.name
     found = synth.compare(fitted, fitted.leg)

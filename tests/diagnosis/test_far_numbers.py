@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.simulated_releases import HANGING, TWO, off, recorded, with_effects
+from diagnosis.simulated_releases import AWAY, HANGING, TWO, off, recorded, with_effects
 from diagnosis.simulated_servos import ARM, driven
 from diagnosis.test_inverted_inputs import pushed
 from synth.diagnosis.check import run
@@ -104,6 +104,13 @@ def test_a_true_cause_is_no_slip() -> None:
     assert found(TWO, recorded(built, seed=1)).text == ""
     assert found(TWO, recorded(scaled(TWO, lambda joint: replace(joint, spring=Spring(3.0, 1.0))), seed=1)).text == ""
     assert found(other_servo(gain=10.0), driven(HELD, 3)).text == ""
+
+
+def test_a_forgotten_spring_is_no_slip() -> None:
+    """A tenth of the masses stood for it, as seven other numbers did, and left as much as the motion."""
+    forgotten = TWO.with_joints(knee={"spring": Spring(0.0, TWO.joints[1].zero)})
+    for share in (0.1, 0.2):
+        assert found(forgotten, recorded(off(TWO, 3), away=share * AWAY, seed=1, noise=0.0005)).text == ""
 
 
 def test_the_check_calls_it_a_fault_and_a_damper_a_doubt(tmp_path: Path) -> None:

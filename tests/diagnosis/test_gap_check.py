@@ -83,6 +83,14 @@ def test_stated_noise_is_used() -> None:
     assert loudest > 2.0 * plain
 
 
+def test_an_accuracy_that_accepts_nearly_every_leg_is_doubted() -> None:
+    """0.5 rad for 0.5 deg: every gap was within it, and the check said nothing."""
+    given = project(TWO, recorded(off(TWO, 3), seed=1))
+    for accuracy, told in ((0.5, ["doubt"]), (np.radians(0.5), [])):
+        findings = run.check(replace(given, accuracy=accuracy)).findings
+        assert [each.level for each in findings if "an accuracy of" in each.text] == told
+
+
 HASHED = """
 import sys
 from dataclasses import replace

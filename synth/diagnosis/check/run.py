@@ -12,7 +12,7 @@ from synth.diagnosis.angle_search import as_designed
 from synth.diagnosis.angle_trials import AngleTrial, largest_of_kinds
 from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.cause_responses import responses_of
-from synth.diagnosis.check.channels import Channel, channel_findings, describe_channels
+from synth.diagnosis.check.channels import Channel, accuracy_findings, channel_findings, describe_channels
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, describe_sampling
 from synth.diagnosis.check.coverage import coverage_findings, describe_coverage, torque_findings
@@ -72,6 +72,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     findings: list[Finding] = [finding_of_remark(text, names) for text in (*warnings, *more)]
     findings += clock_findings(leg, recordings, steps, {trial.name: trial.time_unit for trial in project.trials})
     findings += channel_findings(leg, recordings, found, read)
+    findings += accuracy_findings(project.accuracy, read)
     findings += coverage_findings(leg, learnt, covered)
     findings += torque_findings(leg, project.trials)
     told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
