@@ -108,12 +108,6 @@ class JointLayout:
         """Hinge axis to the end of the link tube in the lower socket."""
         return self.socket_radius + self.web_thickness
 
-    @property
-    def jaw_heights(self) -> tuple[float, float]:
-        """Z of the lower jaw's top and of the upper jaw's bottom, screws' heads included."""
-        more = jaw_height(self.seat)
-        return self.lower.wire_height(self.lower.middle) + more, self.upper.wire_height(self.upper.middle) - more
-
 
 def jaw_height(seat: SeatSize) -> float:
     """From the wire's centre at the seat's middle to the top of the screws' heads, mm."""

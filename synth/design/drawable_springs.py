@@ -11,7 +11,7 @@ from math import degrees, inf, radians
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH, SpringDimensions
 from synth.cad.limits import limit_of
-from synth.design.clamped_arms import free_arm, seat_length
+from synth.design.clamped_arms import free_arm, seat_length, seats_would_meet
 from synth.files.project_options import CadOptions, SpringChoice
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.space import wound_inside_diameter
@@ -88,3 +88,6 @@ def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions, ope
     )
     for problem in drawn.problems():
         yield f"cannot be drawn: {problem.dimension.replace('_', ' ')} out of range"
+        return
+    if seats_would_meet(drawn, row.rate or 0.0, (travel, opening), cad):
+        yield "the seats of its arms would meet"
