@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 from math import inf, log
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH
-from synth.design.arms_apart import INCLUDED_ANGLE, first_found
+from synth.design.arms_apart import INCLUDED_ANGLE, first_found, with_room_on_shaft
 from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, rate_in_joint
-from synth.design.drawable_springs import STOP_ROOM, arbor_of, drawable_sizes, reasons_not_drawn
+from synth.design.coil_room import arbor_of
+from synth.design.drawable_springs import STOP_ROOM, drawable_sizes, reasons_not_drawn
 from synth.design.wanted_travel import WantedTravel as WantedTravel
 from synth.design.wanted_travel import travels as travels
 from synth.design.wound_warnings import nearest_taken, wound_warnings
@@ -250,9 +251,7 @@ def remarks_on_bought(source: SpringSource, option: SpringOption) -> tuple[Mappi
 
 @dataclass(frozen=True)
 class _BoughtBorne:
-    """Bought springs that bear the joint's travel, those that do not, the number of these and of the others that cannot
-    be drawn by reason, and the number that was not looked at.
-    """
+    """Bought springs that bear the travel, those that do not, how many are left out by reason, and not looked at."""
 
     holding: list[SpringOption]
     passing: list[SpringOption]
@@ -377,12 +376,12 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
             cycles=choice.cycles,
         ),
     )
-    wish, first = first_found(wish, catalogue, cad if source.drawn and choice.included_angle is None else None)
+    wish, first = first_found(wish, catalogue, cad, drawn=source.drawn, free=choice.included_angle is None)
     if first is not None:
         sizes = (first.wire_diameter, first.mean_diameter, first.body_coils, wish.opening_travel)
         leg = leg_that_bends_as_much(*sizes, cad)
         wish = replace(wish, leg_lengths=(leg, leg))
-    result = design_spring(wish, catalogue, 0, lasting=lasting)
+    result = with_room_on_shaft(wish, catalogue, cad, drawn=source.drawn, lasting=lasting)
     if result.best is None and not result.nearest:
         raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
     design = result.best or nearest_taken(result).design
