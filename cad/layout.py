@@ -346,6 +346,8 @@ def place(dimensions: JointDimensions) -> JointLayout:
 
 
 def ear_radius(plate: SeatPlate, dimensions: JointDimensions) -> float:
-    """Outside of an ear that a seat plate is screwed to, mm: a wall round the washers."""
-    screw = screw_of(seat_size(dimensions).screw)
-    return plate.radius + screw.washer / 2 + dimensions.wall / 2
+    """Outside of an ear that a seat plate is screwed to, mm: print round the washers, of a pair round their grooves."""
+    screw, rim = screw_of(seat_size(dimensions).screw), dimensions.wall / 2
+    if dimensions.springs == 2:
+        rim = max(rim, SUNK_ASIDE + RIM)
+    return plate.radius + screw.washer / 2 + rim
