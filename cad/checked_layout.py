@@ -11,17 +11,16 @@ import math
 from dataclasses import replace
 from functools import lru_cache
 
-from synth.cad.arm_layout import ArmLayout
 from synth.cad.dimensions import JointDimensions
 from synth.cad.fitting_problems import fitting_problems
 from synth.cad.layout import JointLayout, place
 from synth.cad.limits import DimensionError, DimensionProblem
-from synth.cad.outline import Disc, Hull, hull_of
 from synth.cad.outlines import cup_outline, lower_bodies, upper_bodies
+from synth.cad.seats_apart import seats_meet, swept_angles
 
 ROUNDING = 1e-6  # mm, rounding error of a gap that equals the clearance by construction
 HALVINGS = 20  # bisections of half a turn: to 0.0002 deg
-SWEEP = 3.0  # deg, between the angles at which the seats' gaps are computed
+MORE_APART = "one that the travel neither closes nor opens so far, or a smaller travel"
 LARGEST_NOTCH = 300.0  # deg, of the pocket's wall
 REMEMBERED = 1024  # layouts; the built-in example's joints take 340 in all, each asked for again and again
 
@@ -125,42 +124,17 @@ def _too_wide(dimensions: JointDimensions, excess: float) -> DimensionProblem:
 
 
 def _swept(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """Seats that collide with the other half's stem, or with each other, between the stops and at the free angle.
-
-    From a free angle beyond a stop the upper arm's seat is turned to the travel when the joint is assembled.
-    """
+    """Seats that collide with the other half's stem, or with each other, between the stops and at the free angle."""
     name, sweep = dimensions.name, layout.notch[1] - layout.notch[0]
     if sweep > LARGEST_NOTCH:
         return [_too_wide(dimensions, sweep - LARGEST_NOTCH)]
-    clear = dimensions.clearance
-    first, *_, last = sorted(dimensions.opening(angle) for angle in (*dimensions.stop_angles, dimensions.free_angle))
-    # The seat may stand turned to either side by then.
-    first, last = first - layout.plate.travel, last + layout.plate.travel
-    count = max(1, math.ceil((last - first) / SWEEP))
-    angles = [first + (last - first) * index / count for index in range(count + 1)]
-    stem = cup_outline(layout)
+    stem, least = cup_outline(layout), dimensions.clearance - ROUNDING
     seat = layout.upper.outline()
-    for angle in angles:
-        if not seat.clear_of(stem.turned(angle), clear - ROUNDING):
-            reason = "the upper arm's seat would meet the lower link"
-            allowed = "a direction in which the travel leaves it free, or a smaller range"
-            return [DimensionProblem(f"{name}.upper_arm_angle", dimensions.upper_arm_angle, allowed, reason)]
-    low, high = layout.jaw_heights
-    if low + clear <= high:
-        return []
-    pairs = [
-        (layout.upper.outline(), _with_arm(dimensions, layout.lower)),
-        (_with_arm(dimensions, layout.upper), layout.lower.outline()),
-    ]
-    for angle in angles:
-        if not all(upper.clear_of(lower.turned(angle), clear) for upper, lower in pairs):
-            reason = "the seats of both arms would meet; more coils keep them apart along the hinge"
-            return [DimensionProblem(f"{name}.range", dimensions.range, "a smaller travel", reason)]
+    if not all(seat.clear_of(stem.turned(angle), least) for angle in swept_angles(dimensions)):
+        reason = "the upper arm's seat would meet the lower link"
+        allowed = "a direction in which the travel leaves it free, or a smaller range"
+        return [DimensionProblem(f"{name}.upper_arm_angle", dimensions.upper_arm_angle, allowed, reason)]
+    if seats_meet(dimensions, layout.upper, layout.lower):
+        reason = "the seats of both arms would meet; other angles between the arms, or more coils, keep them apart"
+        return [DimensionProblem(f"{name}.spring.included_angle", dimensions.spring.included_angle, MORE_APART, reason)]
     return []
-
-
-def _with_arm(dimensions: JointDimensions, arm: ArmLayout) -> Hull:
-    """An arm's seat with the free arm outside the pocket's wall."""
-    wire = dimensions.spring.wire_diameter / 2
-    start = arm.at(max(0.0, arm.free - arm.seat.half_width), 0.0)
-    return hull_of([*arm.outline().discs, Disc(*start, wire)])

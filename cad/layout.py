@@ -108,12 +108,6 @@ class JointLayout:
         """Hinge axis to the end of the link tube in the lower socket."""
         return self.socket_radius + self.web_thickness
 
-    @property
-    def jaw_heights(self) -> tuple[float, float]:
-        """Z of the lower jaw's top and of the upper jaw's bottom, screws' heads included."""
-        more = jaw_height(self.seat)
-        return self.lower.wire_height(self.lower.middle) + more, self.upper.wire_height(self.upper.middle) - more
-
 
 def jaw_height(seat: SeatSize) -> float:
     """From the wire's centre at the seat's middle to the top of the screws' heads, mm."""
@@ -352,6 +346,8 @@ def place(dimensions: JointDimensions) -> JointLayout:
 
 
 def ear_radius(plate: SeatPlate, dimensions: JointDimensions) -> float:
-    """Outside of an ear that a seat plate is screwed to, mm: a wall round the washers."""
-    screw = screw_of(seat_size(dimensions).screw)
-    return plate.radius + screw.washer / 2 + dimensions.wall / 2
+    """Outside of an ear that a seat plate is screwed to, mm: print round the washers, of a pair round their grooves."""
+    screw, rim = screw_of(seat_size(dimensions).screw), dimensions.wall / 2
+    if dimensions.springs == 2:
+        rim = max(rim, SUNK_ASIDE + RIM)
+    return plate.radius + screw.washer / 2 + rim

@@ -6,11 +6,13 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import inf, log, radians
+from math import inf, log
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH
+from synth.design.arms_apart import INCLUDED_ANGLE, first_found, with_room_on_shaft
 from synth.design.clamped_arms import JointArms, leg_that_bends_as_much, rate_in_joint
-from synth.design.drawable_springs import STOP_ROOM, arbor_of, drawable_sizes, reasons_not_drawn
+from synth.design.coil_room import arbor_of
+from synth.design.drawable_springs import STOP_ROOM, drawable_sizes, reasons_not_drawn
 from synth.design.wanted_travel import WantedTravel as WantedTravel
 from synth.design.wanted_travel import travels as travels
 from synth.design.wound_warnings import nearest_taken, wound_warnings
@@ -41,7 +43,6 @@ from synth.swing.leg_model import Leg
 
 MOST_CANDIDATES = 48  # candidate springs per joint and damper, nearest rates first
 NEAREST = 16  # springs per joint that are evaluated beyond the rate tolerance, nearest first
-INCLUDED_ANGLE = radians(120.0)  # default for a spring to wind: that of the thesis' springs
 ROUNDING = 1.0 - 1e-9  # of a rate that is held to its limit
 TOO_WEAK = "too weak: its free angle would be farther away than the drawn joint can wind it up"
 ARM_LENGTH = 0.025  # m, about as soft as the clamped arms of a spring to wind; start of the first of two searches
@@ -250,9 +251,7 @@ def remarks_on_bought(source: SpringSource, option: SpringOption) -> tuple[Mappi
 
 @dataclass(frozen=True)
 class _BoughtBorne:
-    """Bought springs that bear the joint's travel, those that do not, the number of these and of the others that cannot
-    be drawn by reason, and the number that was not looked at.
-    """
+    """Bought springs that bear the travel, those that do not, how many are left out by reason, and not looked at."""
 
     holding: list[SpringOption]
     passing: list[SpringOption]
@@ -265,12 +264,11 @@ def _borne(rows: Sequence[tuple[TorsionSpringRow, int]], source: SpringSource, r
     holding: list[SpringOption] = []
     passing: list[SpringOption] = []
     against: dict[str, str] = {}
-    looked = 0
+    looked, turned = 0, source.turned
     for row, count in rows:
         if len(holding) == most:
             break
         looked += 1
-        turned = source.turned
         against_it = reasons_not_drawn(row, turned.winding, source.cad, turned.opening) if source.drawn else iter(())
         reason = next(against_it, None) if source.winds_up(source.acting(row) * count) else TOO_WEAK
         if reason is None:
@@ -378,11 +376,12 @@ def spring_to_wind(source: SpringSource, rate: float, *, lasting: bool = True) -
             cycles=choice.cycles,
         ),
     )
-    result = design_spring(wish, catalogue, 0, lasting=False, n_nearest=1)  # only its size is needed, for its arms
-    if (first := result.best or (result.nearest[0].design if result.nearest else None)) is not None:
-        size = (first.wire_diameter, first.mean_diameter, first.body_coils)
-        leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
-        result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue, 0, lasting=lasting)
+    wish, first = first_found(wish, catalogue, cad, drawn=source.drawn, free=choice.included_angle is None)
+    if first is not None:
+        sizes = (first.wire_diameter, first.mean_diameter, first.body_coils, wish.opening_travel)
+        leg = leg_that_bends_as_much(*sizes, cad)
+        wish = replace(wish, leg_lengths=(leg, leg))
+    result = with_room_on_shaft(wish, catalogue, cad, drawn=source.drawn, lasting=lasting)
     if result.best is None and not result.nearest:
         raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
     design = result.best or nearest_taken(result).design

@@ -10,12 +10,16 @@ from functools import lru_cache
 from math import degrees, pi, sqrt, tau
 from typing import TYPE_CHECKING
 
+from synth.design.stop_places import MARGIN, STOP
 from synth.files.project_options import CadOptions
 from synth.parts.rows import TorsionSpringRow
 
 if TYPE_CHECKING:
     from synth.cad import SpringDimensions
 
+# deg, from a motion to the farthest drawn stops, which lie at whole degrees, and 5 to spare: a neighbouring wire, which
+# the last of two searches may end at, changes the angle at which seats meet by so much (0.55 and 0.533 mm: 63, 58 deg).
+BEYOND = 1.0 + MARGIN + STOP + 5.0
 LEAST_COILS = 0.1  # of a spring's coils: the fewest that remain at the largest opening considered
 
 
@@ -55,6 +59,23 @@ def seat_length(wire: float, torque: float) -> float:
     loads, turned = LoadDimensions(spring_rate=torque), degrees(1.0)  # N m/rad over a radian
     drawn = JointDimensions("spring", _any_coil(wire), 0.0, 0.0, stops=(-turned, turned), loads=loads)
     return seat_size(drawn).length * 1e-3
+
+
+def seats_would_meet(spring: SpringDimensions, rate: float, travel: tuple[float, float], cad: CadOptions) -> bool:
+    """Whether the seats of both arms of a spring would meet in its joint as drawn.
+
+    ``rate`` : N m/rad. ``travel`` : rad by which the joint winds it from its free angle, and by which it opens it.
+    """
+    from synth.cad import JointDimensions, LoadDimensions
+    from synth.cad.seats_apart import seats_would_meet as would_meet
+
+    winding, opening = degrees(travel[0]) + BEYOND, degrees(travel[1]) + BEYOND
+    drawn = JointDimensions(
+        "spring", spring, 0.0, 0.0, range=(-winding, opening), stops=(-winding, opening),
+        clearance=cad.clearance * 1e3, wall=cad.wall * 1e3, loads=LoadDimensions(spring_rate=rate),
+    )  # fmt: skip
+    sizes = spring.wire_diameter * 1e-3, spring.mean_diameter * 1e-3, spring.drawn_coils
+    return would_meet(drawn, free_arm(*sizes, travel[1], cad) * 1e3)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from math import degrees, inf, radians
 
 from synth.cad.dimensions import CLOSE_WOUND_PITCH, SpringDimensions
 from synth.cad.limits import limit_of
-from synth.design.clamped_arms import free_arm, seat_length
+from synth.design.clamped_arms import free_arm, seat_length, seats_would_meet
+from synth.design.coil_room import arbor_of, fits_round_shaft
 from synth.files.project_options import CadOptions, SpringChoice
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.space import wound_inside_diameter
@@ -20,11 +21,6 @@ from synth.spring.spring_task import SpringLimits
 STOP_ROOM = radians(3.5)  # beyond the travel; the joint's hard stops are there, and the spring must bear it
 ROUNDING = 1.0 - 1e-6  # of converted units
 ESTIMATED = 1e-3  # m, error of the estimated reach of an arm: what is shorter by less is judged as drawn
-
-
-def arbor_of(cad: CadOptions) -> float:
-    """Diameter (m) inside the coil that the shaft takes with its clearance."""
-    return cad.shaft_diameter + 2.0 * cad.clearance
 
 
 def drawable_sizes(choice: SpringChoice) -> SpringChoice:
@@ -76,7 +72,8 @@ def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions, ope
     least = SpringLimits(arbor_diameter=arbor_of(cad)).least_wound_inside()
     assert least is not None
     wound = wound_inside_diameter(row.wire_diameter, row.mean_diameter, row.body_coils, travel + STOP_ROOM)
-    if wound < least * ROUNDING:
+    sizes = row.wire_diameter, row.mean_diameter, row.body_coils
+    if wound < least * ROUNDING or not fits_round_shaft(*sizes, travel, opening, cad):
         yield f"the coil would close on {shaft}"
     if row.max_arbor_diameter is not None and row.max_arbor_diameter < cad.shaft_diameter * ROUNDING:
         yield f"its vendor's max_arbor_diameter is below {shaft}"
@@ -88,3 +85,6 @@ def reasons_not_drawn(row: TorsionSpringRow, travel: float, cad: CadOptions, ope
     )
     for problem in drawn.problems():
         yield f"cannot be drawn: {problem.dimension.replace('_', ' ')} out of range"
+        return
+    if seats_would_meet(drawn, row.rate or 0.0, (travel, opening), cad):
+        yield "the seats of its arms would meet"

@@ -45,6 +45,10 @@ _CHOSEN = {
         "the free angle, at which the spring balances the leg's weight in its rest pose,",
         "a stiffer spring (select.joints.{joint}.spring), whose free angle is nearer",
     ),
+    "spring.included_angle": (
+        "the angle between the spring's arms",
+        "another angle (select.joints.{joint}.spring.included_angle), another spring, or a smaller range of {joint}",
+    ),
     "range": ("the drawn travel, that of the motion with a margin,", f"{_SPRING}, or {_TRAVEL}"),
     "stops": ("the place of the stops", f"{_TRAVEL}, or {_SPRING}"),
     "link_length": ("the link's length", "a longer link of {joint} in the target leg, a smaller spring or damper"),

@@ -12,6 +12,7 @@ from cad_joints import cleared
 from synth.cad import (
     DamperDimensions,
     DimensionError,
+    EncoderDimensions,
     JointDimensions,
     LoadDimensions,
     PrintDimensions,
@@ -143,6 +144,19 @@ def test_print_is_left_between_the_second_seat_s_grooves_and_the_bearing(shaft: 
         assert len(hits) >= 2  # the pocket's wall, and the groove's
         pocket, groove = (float(np.hypot(*hit.position[:2])) for hit in hits[:2])
         assert groove - pocket > 1.55
+
+
+def test_print_is_left_outside_the_second_seat_s_grooves() -> None:
+    """Measured on the solid: with a wall of 2 mm it was 0.8 mm, and the printed part failed its check of walls."""
+    joint = cleared(replace(PAIR, wall=2.0, damper=DamperDimensions(40.0, 16.0, 50.0), encoder=EncoderDimensions()))
+    layout = lay_out(joint)
+    assert layout.plate.radius > layout.bracket_radius  # beside the damper's bracket
+    height = -layout.gap_a - layout.ear + sunk_depth(screw_of(layout.seat.screw)) / 2
+    body = manifold(mesh_of(build_upper(joint, layout)))
+    for x, y in layout.plate.screws:
+        hits = body.ray_cast((x, y, height), (3 * x, 3 * y, height))
+        groove, outside = (float(np.hypot(*hit.position[:2])) for hit in hits[:2])
+        assert outside - groove > 1.55
 
 
 @pytest.mark.parametrize("springs", [0, 3, 1.5])

@@ -15,7 +15,7 @@ from design.one_joint import designed
 from synth.api.designs import _with_told
 from synth.cad.flexed_wire import effective_length
 from synth.design.bom import write_bom
-from synth.design.drawable_springs import arbor_of
+from synth.design.coil_room import arbor_of
 from synth.design.drawn_remedies import remedy_of
 from synth.design.drawn_springs import draw_up, seats_set
 from synth.design.drawn_travel import yields_of
