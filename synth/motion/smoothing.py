@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array, Mask
+from synth.motion.filled_gaps import filled_gaps
 from synth.motion.stuck_readings import repeated_readings, stuck_readings
 from synth.noise import robust_deviation
 from synth.pace import pace
@@ -55,7 +56,8 @@ def odd_points(width: float, step: float) -> int:
 
 def lost_samples(time: Array, angle: Array, limit: float = 8.0) -> Mask:
     """(n_time, n_joint) True for a missing sample, an outlier, alone or in a run of up to ``LONGEST_RUN``, and for
-    readings of a sensor that drops out or repeats its last reading, see ``stuck_readings``.
+    readings of a sensor that drops out or repeats its last reading, see ``stuck_readings``, and gaps that a program
+    filled, see ``filled_gaps``.
 
     A Hampel filter on second differences: a sample is lost when it departs from the line between its two neighbours by
     more than ``limit`` robust standard deviations of that departure while its neighbours agree with theirs
@@ -88,6 +90,7 @@ def lost_samples(time: Array, angle: Array, limit: float = 8.0) -> Mask:
         rest = np.flatnonzero(~lost[:, j])
         stuck = stuck_readings(angle[rest, j], limit * scale) | repeated_readings(angle[rest, j], limit * scale)
         lost[rest[stuck], j] = True
+        lost[good[filled_gaps(time[good], value)], j] = True
         rest = np.flatnonzero(~lost[:, j])
         for ends in (rest[:END], rest[: -END - 1 : -1]):
             lost[ends[_at_end(np.abs(time[ends] - time[ends[0]]), angle[ends, j], limit * scale)], j] = True

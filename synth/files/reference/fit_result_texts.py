@@ -62,8 +62,8 @@ FIT = {
     "law.coefficient.NAME": "Quadratic damping at the joint, for that effect.",
     "law.stiffening.NAME": "The spring's torque at 1 rad beyond its rate's, which grows with the cube of deflection.",
     "law.explains": "Share of the mean squared error above the samples' scatter that it explains.",
-    "lost_samples": "Number of outliers left out: alone, in runs of up to three samples, stuck at one value, or "
-    "repeats of the last reading.",
+    "lost_samples": "Number of outliers left out: alone, in runs of up to three samples, stuck at one value, "
+    "repeats of the last reading, or in gaps that a program filled by lines or cubics.",
     "trials[].file": "The recording.",
     "trials[].held_out": "Whether it was only scored.",
     "trials[].locked": "Locked joints.",

@@ -10,6 +10,7 @@ import numpy as np
 from synth.arrays import Array, Mask
 from synth.errors import Problem, UserError
 from synth.files.turns import TURN, Unwrapped, continued, unwrapped, usual_angle, widest
+from synth.motion.filled_gaps import filled_gaps
 from synth.motion.smoothing import lost_samples
 from synth.sampling import densest_clock, own_moments
 from synth.swing.leg_model import Joint, Leg
@@ -170,7 +171,7 @@ def _lost_frames(time: Array) -> list[str]:
 
 
 def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
-    """Missing samples by joint, with the longest gap, and outliers."""
+    """Missing samples by joint, with the longest gap, gaps that a program filled, and outliers."""
     notes = []
     spikes = lost_samples(time, angles) & np.isfinite(angles)
     own = own_moments(time, np.isfinite(angles))
@@ -185,6 +186,14 @@ def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
                 at = int(np.argmax(inner))
                 text += f"; the longest gap is {inner[at] * 1e3:.0f} ms, from {known[at]:.3f} s on"
             notes.append(text)
+        good = np.isfinite(angles[:, j])
+        filled = np.zeros(len(time), dtype=bool)
+        filled[good] = filled_gaps(time[good], angles[good, j])
+        if filled.any():
+            text = f"{name}: {int(filled.sum())} samples lie on straight lines or cubics (first at "
+            text += f"{time[int(np.argmax(filled))]:.3f} s), as where a program fills gaps"
+            notes.append(f"{text}; they are kept, but a fit ignores them")
+            spikes[filled, j] = False
         if spikes[:, j].any():
             at = int(np.argmax(spikes[:, j]))
             count = int(spikes[:, j].sum())
