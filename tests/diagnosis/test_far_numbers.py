@@ -126,3 +126,5 @@ def test_the_diagnosis_begins_with_it() -> None:
     result = diagnose(scaled(TWO, lighter), recorded(off(TWO, 5), seed=1), Tolerance())
     assert result.sentence.startswith("A number is far off: link mass of hip and knee: 10 times more")
     assert result.warnings[0].startswith("link mass of hip and knee")
+    assert result.next_experiment is not None
+    assert result.next_experiment.why.startswith("Correct the number that is far off first, and run again. ")

@@ -102,16 +102,19 @@ def doubting_numbers(
 ) -> Findings[EvaluatedHypothesis, Array]:
     """The findings with a warning on a stated number that is far off, see ``far_numbers``.
 
-    Where it leaves less than the explanation does, the sentence begins with it: causes that are named beside a slip of
-    the unit stand for it.
+    Where it leaves less than the explanation does, the sentence and the advice begin with it: causes that are named
+    beside a slip of the unit stand for it.
     """
     far = far_numbers(leg, bench, trials)
     if not far.each:
         return findings
-    after = findings.stages.errors.figure("after").value
-    told = f"A number is far off: {far.text}. " if ALIKE * far.each[0].left < after else ""
     warnings = (decisive(f"{far.text}. {REMEDY}"), *findings.warnings)
-    return replace(findings, sentence=told + findings.sentence, warnings=warnings)
+    if ALIKE * far.each[0].left >= findings.stages.errors.figure("after").value:
+        return replace(findings, warnings=warnings)
+    sentence, planned = f"A number is far off: {far.text}. {findings.sentence}", findings.next_experiment
+    if planned is not None:  # it is chosen by the leg as it is stated
+        planned = replace(planned, why=f"Correct the number that is far off first, and run again. {planned.why}")
+    return replace(findings, sentence=sentence, next_experiment=planned, warnings=warnings)
 
 
 def far_numbers(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> FarNumbers:
