@@ -169,13 +169,15 @@ def _response_from_zero(
     start: EvaluatedHypothesis, ladder: Sequence[EvaluatedHypothesis], here: Array, bare: Array, first: int
 ) -> CauseResponse | None:
     """From the signals (n_rung,) of a ladder, after and before subtraction; None if it acts nowhere."""
-    good = np.flatnonzero(np.isfinite(here) & (bare > 0.0))
+    candidate, sizes = start.hypothesis[0], np.array([rung.unknowns[first:] for rung in ladder])
+    acts = np.isfinite(here) & (bare > 0.0)
+    if has_size(candidate):  # at no size, where a bound leads, only the integrator's own error is left of it
+        acts &= np.any((sizes - candidate.absent)[:, strength_places(candidate)] != 0.0, axis=1)
+    good = np.flatnonzero(acts)
     if not len(good):
         return None
     best = int(good[np.argmin(np.abs(np.log(bare[good] / COMPARED_SIGNAL)))])
-    sizes = np.array([rung.unknowns[first:] for rung in ladder])
     shown = _smallest_visible(start, sizes[good], here[good], first)
-    candidate = start.hypothesis[0]
     size = candidate.strengthened(sizes[best], COMPARED_SIGNAL / bare[best]) if has_size(candidate) else sizes[best]
     plausible = shown is None or is_plausible(candidate, shown)
     seen, unlikely = (shown, None) if plausible else (None, shown)
