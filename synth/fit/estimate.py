@@ -38,6 +38,7 @@ from synth.fit.lasting_noise import lasting_variances
 from synth.fit.later_samples import recordings_from
 from synth.fit.least_squares import FitStart, Solution, Stage, solve
 from synth.fit.link_errors import link_widths
+from synth.fit.misfits import MOST_OF_NOISE
 from synth.fit.model_error import ModelError
 from synth.fit.pieces_start import refine_by_pieces
 from synth.fit.point_check import CheckedPoints, check_points, without_balances
@@ -62,9 +63,6 @@ ALIKE_RESIDUALS = 1.1
 # Of a shift's variance over the one by the residuals' noise, if noise lasts and a trial's own unknowns take it up: its
 # deviation was up to 3.3 times as large in fifty simulated legs. A shift that is beyond a hundred is no such noise.
 MOST_TAKEN_UP = 100.0
-# Residuals over the samples' scatter, beyond which the model is in question, not how long its noise lasts: noise of
-# 50 ms without a white part has 4.5 times its scatter at 200 Hz, 5.3 times at 500 Hz.
-MOST_OF_NOISE = 6.0
 
 
 def fit_leg(

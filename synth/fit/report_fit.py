@@ -24,7 +24,7 @@ from synth.fit.least_squares import Solution, Stage, resimulated
 from synth.fit.left_out_trials import moved_by_one_trial
 from synth.fit.link_errors import LinkErrors, link_errors, link_widths
 from synth.fit.lost_motion import sentences_on_trials
-from synth.fit.misfits import follower, lacking, misfits
+from synth.fit.misfits import beyond_noise, follower, lacking, misfits
 from synth.fit.none_rates import NoneRates, none_rates
 from synth.fit.proposal import proposals
 from synth.fit.rate_spread import spread_over_trials
@@ -66,9 +66,8 @@ def result_of(
     ``sensitivities`` or ``bootstrap``; all include the uncertainty of the links, ``options.tolerance``.
     """
     fitted, widths = _resimulate_all(model, recordings, fitted), link_widths(model.leg, options.tolerance, recordings)
-    treatments, mode = fitted.treatments, fitted.mode
-    unknowns, leg, names = unknowns_of(model), model.leg, model.leg.joint_names
-    solutions = {name: each.stage.solution for name, each in treatments.items()}
+    treatments, mode, leg, names = fitted.treatments, fitted.mode, model.leg, model.leg.joint_names
+    unknowns, solutions = unknowns_of(model), {name: each.stage.solution for name, each in treatments.items()}
     (excess, differ), chosen = _excesses(model, recordings, fitted, options), solutions[mode]
     spreads = {n: spread_of(model, recordings, t.stage, options.weight) + excess[n] for n, t in treatments.items()}
     refits, lost = _refits(model, recordings, fitted.stage, (spreads[mode], excess[mode]), options)
@@ -85,6 +84,7 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
+    beyond = beyond_noise(recordings, left, scatter) & (not differ and fitted.error is None)
     ridges, scale = (*fitted.softened, *(e.sentence for e in alike)), _mass_scale(unknowns, recordings, fitted, options)
     total, told = with_links_and_law(nones[mode].links, fitted.error, alone), _by_unknown(unknowns, joints[mode])
     known = Known(alone, total, chosen.values, offsets[mode], told, widths, fitted.least)
@@ -101,7 +101,7 @@ def result_of(
         not_separable=(*not_separable(unknowns, known), *ridges, *scale),
         warnings=(
             *(*_first_sentences(fitted, leg, recordings, options), *lost),
-            *([] if fitted.searched else misfits(rms[mode], noise, lacking(left, scatter), options)),
+            *([] if fitted.searched else misfits(rms[mode], noise, lacking(left, scatter), options, beyond)),
             *(*differ, *_moved(model, recordings, fitted, told, options, lacks=bool(lacking(left, scatter).any()))),
             *sentences_on_trials(model, recordings, made, trials, chosen, own_angles, follower(options)),
             *(*edges.values(), *_left_out(leg), *_contradicting_points(leg, static)),

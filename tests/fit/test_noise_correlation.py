@@ -117,5 +117,5 @@ def test_intervals_are_those_of_the_same_samples_without_the_rows_between() -> N
 def test_a_residual_above_the_samples_scatter_may_be_noise_that_lasts() -> None:
     """Of 40 simulated legs with markers that err alike for 150 ms 8 hips were said to lack an effect; none did."""
     rms, scatter = {"hip": np.radians(0.6)}, {"hip": np.radians(0.1)}
-    (text,) = misfits(rms, scatter, np.array([True]), LegFitOptions())
+    (text,) = misfits(rms, scatter, np.array([True]), LegFitOptions(), np.array([False]))
     assert "the model lacks an effect at this joint or next to it, or its readings err alike" in text
