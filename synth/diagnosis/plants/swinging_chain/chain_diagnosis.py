@@ -24,6 +24,7 @@ from synth.diagnosis.influence import verdict_dependence
 from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
+from synth.diagnosis.plants.swinging_chain import far_numbers
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_figures import joint_errors, joint_odds, squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, variations
@@ -33,7 +34,6 @@ from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate
 from synth.diagnosis.plants.swinging_chain.clock_doubt import doubting_clock
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.plants.swinging_chain.far_numbers import doubting_numbers
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
 from synth.diagnosis.plants.swinging_chain.held_starts import doubt_of_held_starts, held_start_remarks, held_starts
 from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_sentences
@@ -111,9 +111,8 @@ class Scene:
 
     def motion_trusted(self, share: float) -> float:
         """The motion over the noise; if an accuracy is stated, the motion of which it is this ``share``."""
-        if self.accuracy == 0.0:
-            return self.motion
-        return self.accuracy / (share * float(np.sqrt(np.mean(self.usual**2))))
+        stated = self.accuracy / (share * float(np.sqrt(np.mean(self.usual**2))))
+        return stated if self.accuracy > 0.0 else self.motion
 
 
 class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
@@ -125,9 +124,9 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         self.whole = whole_recordings(scene.scored)
         self.scored_names = tuple(trial.recording.name for trial in self.whole)
         self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
-        self.own_motion = scene.motion
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
-        self.independent = EFFECTIVE_SAMPLES * len(scene.leg.joints)
+        self.own_motion, self.independent = scene.motion, EFFECTIVE_SAMPLES * len(scene.leg.joints)
+        self.far = far_numbers.far_numbers(scene.leg, scene.bench, scene.given)
         self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
         self.direct_causes = tuple(
             Cause(COUNTS, scene.leg.joint_names[item.joint], {"step": Estimate(item.step, "deg")})
@@ -169,8 +168,8 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
 
     def within_uncertainty(self, fit: EvaluatedHypothesis) -> tuple[Array, ...]:
         """Predictions of the held-out trials, which the hypothesis follows as far as the other trials let it."""
-        moved = moved_within_uncertainty(self.bench, fit, self._begun(self.scored), self.covariance(fit))
-        return self.predict(moved, self.scored)
+        begun, covariance = self._begun(self.scored), self.covariance(fit)
+        return self.predict(moved_within_uncertainty(self.bench, fit, begun, covariance), self.scored)
 
     def _begun(self, trials: Sequence[AngleTrial]) -> list[AngleTrial]:
         """Trials from whose coarse counts the initial states can be found."""
@@ -236,7 +235,8 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
         hangs = verdict_dependence(self.bench, found, judged, self.calibration, self.freely(found), motion)
-        return hangs.warnings(), max(hangs.chance, doubt_of_held_starts(self.warnings))
+        slip = far_numbers.doubt_of_slip(self.far, self.bench, judged.accepted.fit, self.scene.given)
+        return hangs.warnings(), max(hangs.chance, doubt_of_held_starts(self.warnings), slip)
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """The words of the sentence for the errors."""
@@ -346,7 +346,7 @@ def diagnose(
     scene, warnings = scene_of(leg, in_canonical_order(trials), tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
     plant = SwingingChain(scene, warnings)
-    findings = doubting_numbers(leg, scene.bench, scene.given, find_causes(plant, progress or (lambda text: None)))
+    findings = far_numbers.doubting_numbers(plant.far, find_causes(plant, progress or (lambda text: None)))
     findings = doubting_clock(leg, findings, trials, lambda new: scene_of(leg, new, tolerance, seed, noise)[0].bench)
     errors, shown, tolerances = findings.stages.errors, plant.shown(findings.stages), scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)

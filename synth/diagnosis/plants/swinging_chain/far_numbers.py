@@ -21,6 +21,7 @@ from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.scalable_numbers import ScalableNumbers, scalable_numbers
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.diagnosis.score import first_state, score
+from synth.diagnosis.verdict import UNKNOWN_IF_CONTRADICTED
 from synth.diagnosis.workbench import Workbench
 from synth.remarks import decisive
 from synth.swing.leg_model import Leg
@@ -95,17 +96,13 @@ def _written(value: float, unit: str) -> str:
 
 
 def doubting_numbers(
-    leg: Leg,
-    bench: Workbench,
-    trials: Sequence[AngleTrial],
-    findings: Findings[EvaluatedHypothesis, Array],
+    far: FarNumbers, findings: Findings[EvaluatedHypothesis, Array]
 ) -> Findings[EvaluatedHypothesis, Array]:
-    """The findings with a warning on a stated number that is far off, see ``far_numbers``.
+    """The findings with a warning on a stated number that is far off.
 
     Where it leaves less than the explanation does, the sentence and the advice begin with it: causes that are named
     beside a slip of the unit stand for it.
     """
-    far = far_numbers(leg, bench, trials)
     if not far.each:
         return findings
     warnings = (decisive(f"{far.text}. {REMEDY}"), *findings.warnings)
@@ -115,6 +112,19 @@ def doubting_numbers(
     if planned is not None:  # it is chosen by the leg as it is stated
         planned = replace(planned, why=f"Correct the number that is far off first, and run again. {planned.why}")
     return replace(findings, sentence=sentence, next_experiment=planned, warnings=warnings)
+
+
+def doubt_of_slip(far: FarNumbers, bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> float:
+    """The probability that an explanation, with its best ``fit``, stands for a number that is far off.
+
+    A number that leaves much less of the recordings than the causes do is what is wrong; they imitate it.
+    """
+    if not far.each:
+        return 0.0
+    chosen = _compared(trials)
+    found = score(bench, fit, chosen)
+    left = _rms([_away(trial, prediction) for trial, (prediction, _) in zip(chosen, found, strict=True)])
+    return UNKNOWN_IF_CONTRADICTED if ALIKE * far.each[0].left < left else 0.0
 
 
 def far_numbers(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> FarNumbers:
@@ -129,8 +139,7 @@ def far_numbers(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> Far
     bench : the diagnosis' workbench of that leg.
     trials : recordings, or pieces of them; those with the largest motion are compared.
     """
-    whole = sorted(whole_recordings(trials), key=lambda trial: -float(trial.measured.std(axis=0).max()))
-    chosen = [trial.thinner(SAMPLES_A_TRIAL) for trial in whole[:MOST_TRIALS]]
+    chosen = _compared(trials)
     stated = _fitted_error(_changed(leg, bench, chosen, ScalableNumbers(()), 1.0))
     motions = [np.var(trial.measured[:, trial.free], axis=0) for trial in chosen]
     motion = float(np.sqrt(np.mean(np.concatenate(motions))))
@@ -148,6 +157,12 @@ def far_numbers(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> Far
             found[numbers] = FarNumber(numbers, factor, stated, left)
     best = sorted(found.values(), key=lambda item: item.left)
     return FarNumbers(leg, tuple(item for item in best if item.left < ALIKE * best[0].left))
+
+
+def _compared(trials: Sequence[AngleTrial]) -> list[AngleTrial]:
+    """The recordings, or pieces of them, with the largest motion, with fewer samples."""
+    whole = sorted(whole_recordings(trials), key=lambda trial: -float(trial.measured.std(axis=0).max()))
+    return [trial.thinner(SAMPLES_A_TRIAL) for trial in whole[:MOST_TRIALS]]
 
 
 _Change = tuple[Workbench, list[AngleTrial]]
