@@ -8,7 +8,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
@@ -86,8 +93,16 @@ class Quantity:
     sizes: tuple[float, ...] = ()
     bare: float | None = None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: object) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A quantity; of ``float | Model`` a mapping is held against the model, so that its keys keep their names."""
+        model = _inner_model(source)
+        if model is None:
+            return core_schema.no_info_plain_validator_function(self.read)
+
+        def read(value: object, of_model: ValidatorFunctionWrapHandler) -> Any:
+            return of_model(value) if isinstance(value, dict) else self.read(value)
+
+        return core_schema.no_info_wrap_validator_function(read, handler.generate_schema(model))
 
     @property
     def example(self) -> str:
