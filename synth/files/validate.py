@@ -45,8 +45,11 @@ _KEYS = {
     "hopper-pull-ups": {"design", "body_mass", "trials"},
     "hopper-jumps": {"design", "jumps"},
     "leg-design": {"source", "target"},
+    "hopper-design": {"motors", "lengths"},
+    "import": {"leg", "files"},
     "fit": {"leg", "trials"},
     "gap": {"leg", "trials"},
+    "leg": {"joints"},
 }
 
 
@@ -176,7 +179,7 @@ def check_kind(document: Document, kind: str) -> None:
     wanted = f"kind: {kind}"
     if found is None:
         meant = _meant(document, kind)
-        why = "" if meant == kind else f"its keys are those of a file for {COMMANDS[meant]}: "
+        why = "" if meant == kind else f"its keys are those of a {_reader(meant)}: "
         raise UserError(document.problem(f'"kind" is missing: {why}write "kind: {meant}" as the first line'))
     if not isinstance(found, str) or found not in COMMANDS:
         raise UserError(document.problem(f"{found!r} is no kind of file{near(found, COMMANDS)}", ("kind",)))
@@ -189,6 +192,11 @@ def check_kind(document: Document, kind: str) -> None:
     else:
         text = f'a file of kind {found} is read by {COMMANDS[found]}; {COMMANDS[kind]} reads "{wanted}"'
     raise UserError(document.problem(text, ("kind",)))
+
+
+def _reader(kind: str) -> str:
+    """A file of a kind in words, by the command that reads it."""
+    return "leg file" if COMMANDS[kind] is None else f"file for {COMMANDS[kind]}"
 
 
 def may_be_of(document: Document, kind: str) -> bool:
