@@ -77,6 +77,9 @@ def _title(value: str) -> str:
 Title = Annotated[str, AfterValidator(_title)]  # the title of a leg, a project or a part; never a file name
 
 
+# The largest deviation that may be written without "%": 0.1 to 1 are usual deviations in per cent, so that above it
+# the sign is more likely forgotten than a deviation of a tenth and more is meant.
+BARE_DEVIATION = 0.05
 ROUNDED = 1e-9  # relative: a size written in another unit differs from it by rounding only
 
 
@@ -126,11 +129,12 @@ class Quantity:
             raise refusal(f"{value} is not allowed: it must be more than {units.write(self.above, self.shown)}")
         if self.least is not None and number < self.least:
             raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.shown)}")
+        if self.bare is not None and number > self.bare and (written := read_number(str(value))) and not written[1]:
+            other = self.most is None or number <= self.most
+            meant = f", or {units.write(number, '%')} if that is meant" if other else ""
+            raise refusal(f"{value} is not allowed without a unit: write {value} %{meant}")
         if self.most is not None and number > self.most:
             raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.shown)}")
-        if self.bare is not None and number > self.bare and (written := read_number(str(value))) and not written[1]:
-            meant = units.write(number, "%")
-            raise refusal(f"{value} is not allowed without a unit: write {value} %, or {meant} if that is meant")
         if self.sizes:
             nearest = min(self.sizes, key=lambda size: abs(size - number))
             if abs(number - nearest) > ROUNDED * nearest:
