@@ -78,6 +78,8 @@ def _quantity_text(item: Mapping[str, Any] | None) -> str:
 
 
 def _check_file(file: str, progress: Progress) -> ModelChecks:
+    from synth.errors import UserError
+    from synth.files.validate import COMMANDS, may_be_of
     from synth.files.yaml_lines import load
 
     if Path(file).is_dir():
@@ -85,9 +87,15 @@ def _check_file(file: str, progress: Progress) -> ModelChecks:
 
         with progress.stage("the predicted responses by another engine"):
             return designed_leg_checks(Path(file))
-    if load(file).value.get("kind") == "leg":
-        return _leg(file, progress)
-    return _hopper(file, progress)
+    document = load(file)
+    if may_be_of(document, "hopper-design"):
+        return _hopper(file, progress)
+    kind = document.value.get("kind")
+    command = COMMANDS.get(kind) if isinstance(kind, str) else None
+    if command is not None:
+        text = f'a file of kind {kind} is read by {command}; "synth check" reads "kind: leg", "kind: hopper-design"'
+        raise UserError(document.problem(f"{text} and the folder of a designed leg", ("kind",)))
+    return _leg(file, progress)
 
 
 def _leg(file: str, progress: Progress) -> ModelChecks:

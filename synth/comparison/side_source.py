@@ -8,7 +8,7 @@ from pathlib import Path
 from synth.errors import Problem, UserError
 from synth.files.names import name_fault
 from synth.files.trial_list import Trial
-from synth.files.validate import near
+from synth.files.validate import COMMANDS, check_kind, near
 from synth.files.yaml_lines import load
 
 # Result file -> its kind; the first one found in a folder decides.
@@ -103,8 +103,10 @@ def _kind(path: Path) -> tuple[Path, str]:
         return path, "trials"
     document = load(path)
     found = document.value.get("kind")
+    if not isinstance(found, str) or found not in COMMANDS:
+        check_kind(document, "leg")
     if found not in PROJECTS:
-        text = f"is of kind {found}, which cannot be compared{near(found, list(PROJECTS))}"
+        text = f"is of kind {found}, which cannot be compared; allowed here: {', '.join(PROJECTS)}"
         raise UserError(Problem(text, str(path)))
     return path, PROJECTS[str(found)]
 

@@ -21,7 +21,7 @@ from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching
 from synth.files.recordings_together import clocks_together, with_equal_channels
 from synth.files.schema import Because, Default
-from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
+from synth.files.validate import BARE_DEVIATION, FileModel, Quantity, Title, check_part, gathering
 
 PULL_UP = "hip torque"  # the column that marks a recording as a pull-up
 JUMP_COLUMNS = {"time": "s", "upper link": "rad"}
@@ -30,7 +30,7 @@ OPTIONAL = {"ground force": "N", "current": "A", "supply": "V", "pitch": "rad", 
 MOST = 0.5  # a quantity with a larger deviation is unknown, and nothing can be inferred from it
 
 Length = Annotated[float, Quantity("m", above=0, most=10)]
-Share = Annotated[float, Quantity("1", least=0, most=MOST)]
+Share = Annotated[float, Quantity("1", least=0, most=MOST, bare=BARE_DEVIATION)]
 _RUN_UPS = "usual after the motor's run-ups (synth hopper, kind hopper-motor)"
 _BUILT = "usual for a leg that was measured after it was built"
 

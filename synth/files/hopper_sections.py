@@ -10,7 +10,7 @@ from pydantic import Field
 
 from synth.files.project_options import WIDEST
 from synth.files.schema import Because
-from synth.files.validate import Quantity, Title
+from synth.files.validate import BARE_DEVIATION, Quantity, Title
 
 LAB = "the lab's own simulation (idealabasu/code_pynamics)"
 MOST_INTERVALS = 20_000  # designs; above that only the front has intervals
@@ -18,7 +18,9 @@ MOST_INTERVALS = 20_000  # designs; above that only the front has intervals
 Length = Annotated[float, Quantity("m", above=0, most=10)]
 Angle = Annotated[float, Quantity("rad", least=0, most=pi)]
 Share = Annotated[float, Quantity("1", least=0, most=1)]
-PlusMinusOrNone = Annotated[float, Quantity("1", least=0, most=WIDEST)]  # with 100 % a motor had no torque at its end
+# With 100 % a motor had no torque at its end.
+PlusMinusOrNone = Annotated[float, Quantity("1", least=0, most=WIDEST, bare=BARE_DEVIATION)]
+Estimated = Annotated[float, Quantity("1", least=0, most=1, bare=BARE_DEVIATION)]
 Name = Literal["point_mass", "A", "B", "C", "D", "full"]
 Objective = Literal["clearance", "relative_height", "total_height", "energy", "peak_gear_torque"]
 
@@ -141,9 +143,9 @@ class ToleranceSection:
     speed: Annotated[PlusMinusOrNone, Because("where the maker states none; micro metal motors: 20 %")] = 0.2
     current: Annotated[PlusMinusOrNone, Because("where the maker states none; micro metal motors: 50 %")] = 0.5
     torque: Annotated[PlusMinusOrNone, Because("an assumption: stall torque is extrapolated by the maker")] = 0.1
-    rotor_inertia: Annotated[Share, Because("an estimate's own uncertainty")] = 0.5
+    rotor_inertia: Annotated[Estimated, Because("an estimate's own uncertainty")] = 0.5
     mass: Annotated[PlusMinusOrNone, Because("an assumption, of the body")] = 0.05
-    joint_damping: Annotated[Share, Because("measured on other joints")] = 0.5
+    joint_damping: Annotated[Estimated, Because("measured on other joints")] = 0.5
     crouch: Annotated[float, Quantity("rad", least=0, most=0.5), Because("an assumption: 2 deg")] = radians(2.0)
 
 

@@ -11,12 +11,12 @@ from pydantic import BeforeValidator, Field
 from synth.files.fit_words import Cost, Intervals, Method, Weight
 from synth.files.schema import Because
 from synth.files.spring_words import Objective, RateFormula, System
-from synth.files.validate import Quantity, Title, refusal
+from synth.files.validate import BARE_DEVIATION, Quantity, Title, refusal
 
 Length = Annotated[float, Quantity("m", above=0)]
 Share = Annotated[float, Quantity("1", above=0, most=10, bare=1)]
 WIDEST = 0.9  # of a tolerance, plus or minus: from 1 on, rates and torques of zero and below would be drawn
-PlusMinus = Annotated[float, Quantity("1", above=0, most=WIDEST)]
+PlusMinus = Annotated[float, Quantity("1", above=0, most=WIDEST, bare=BARE_DEVIATION)]
 Travel = Annotated[float, Quantity("rad", above=0, most=radians(720))]  # of a joint, whose angle lies within two turns
 Included = Annotated[float, Quantity("rad", above=0, most=radians(360))]  # between two legs
 Deviation = Annotated[float, Quantity("rad", above=0, most=radians(180))]  # of an angle: a larger one says nothing

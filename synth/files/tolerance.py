@@ -20,7 +20,7 @@ from synth.errors import Problem
 from synth.files.made_in_code import check_section, check_values
 from synth.files.named_files import ProjectReader
 from synth.files.schema import Because, Default, read_section
-from synth.files.validate import Quantity
+from synth.files.validate import BARE_DEVIATION, Quantity
 from synth.files.yaml_lines import Document
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.tolerances import LINK_QUANTITIES, MOTOR_POWERS, QUANTITIES
@@ -29,7 +29,7 @@ from synth.units import quantity
 HALF_DEGREE = radians(0.5)  # typical of manual assembly to a drawn angle: our estimate
 MOST = 0.5  # a quantity with a larger deviation is unknown, and nothing can be inferred from it
 
-Share = Annotated[float, Quantity("1", least=0, most=MOST)]
+Share = Annotated[float, Quantity("1", least=0, most=MOST, bare=BARE_DEVIATION)]
 Turn = Annotated[float, Quantity("rad", least=0, most=radians(90))]
 
 _USUAL = "usual for a leg that was measured after it was built"

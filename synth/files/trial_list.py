@@ -123,7 +123,7 @@ class TrialEntry(FileModel):
 
     file: Annotated[str, Field(min_length=1, examples=["trials/*.csv"])]
     locked: list[str] = Field(default_factory=list)
-    tip_mass: Annotated[float, Quantity("kg", least=0)] | TipMass = 0.0
+    tip_mass: Annotated[float | TipMass, Quantity("kg", least=0)] = 0.0
     tilt: Annotated[float, Quantity("rad", least=-radians(360), most=radians(360))] = 0.0
     held_out: bool = False
     leg: Annotated[str, Field(examples=["long_arm.leg.yaml"])] | None = None

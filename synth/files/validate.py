@@ -8,7 +8,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
@@ -38,8 +45,11 @@ _KEYS = {
     "hopper-pull-ups": {"design", "body_mass", "trials"},
     "hopper-jumps": {"design", "jumps"},
     "leg-design": {"source", "target"},
+    "hopper-design": {"motors", "lengths"},
+    "import": {"leg", "files"},
     "fit": {"leg", "trials"},
     "gap": {"leg", "trials"},
+    "leg": {"joints"},
 }
 
 
@@ -67,6 +77,9 @@ def _title(value: str) -> str:
 Title = Annotated[str, AfterValidator(_title)]  # the title of a leg, a project or a part; never a file name
 
 
+# The largest deviation that may be written without "%": 0.1 to 1 are usual deviations in per cent, so that above it
+# the sign is more likely forgotten than a deviation of a tenth and more is meant.
+BARE_DEVIATION = 0.05
 ROUNDED = 1e-9  # relative: a size written in another unit differs from it by rounding only
 
 
@@ -86,8 +99,16 @@ class Quantity:
     sizes: tuple[float, ...] = ()
     bare: float | None = None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: object) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A quantity; of ``float | Model`` a mapping is held against the model, so that its keys keep their names."""
+        model = _inner_model(source)
+        if model is None:
+            return core_schema.no_info_plain_validator_function(self.read)
+
+        def read(value: object, of_model: ValidatorFunctionWrapHandler) -> Any:
+            return of_model(value) if isinstance(value, dict) else self.read(value)
+
+        return core_schema.no_info_wrap_validator_function(read, handler.generate_schema(model))
 
     @property
     def example(self) -> str:
@@ -108,11 +129,12 @@ class Quantity:
             raise refusal(f"{value} is not allowed: it must be more than {units.write(self.above, self.shown)}")
         if self.least is not None and number < self.least:
             raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.shown)}")
+        if self.bare is not None and number > self.bare and (written := read_number(str(value))) and not written[1]:
+            other = self.most is None or number <= self.most
+            meant = f", or {units.write(number, '%')} if that is meant" if other else ""
+            raise refusal(f"{value} is not allowed without a unit: write {value} %{meant}")
         if self.most is not None and number > self.most:
             raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.shown)}")
-        if self.bare is not None and number > self.bare and (written := read_number(str(value))) and not written[1]:
-            meant = units.write(number, "%")
-            raise refusal(f"{value} is not allowed without a unit: write {value} %, or {meant} if that is meant")
         if self.sizes:
             nearest = min(self.sizes, key=lambda size: abs(size - number))
             if abs(number - nearest) > ROUNDED * nearest:
@@ -161,7 +183,7 @@ def check_kind(document: Document, kind: str) -> None:
     wanted = f"kind: {kind}"
     if found is None:
         meant = _meant(document, kind)
-        why = "" if meant == kind else f"its keys are those of a file for {COMMANDS[meant]}: "
+        why = "" if meant == kind else f"its keys are those of a {_reader(meant)}: "
         raise UserError(document.problem(f'"kind" is missing: {why}write "kind: {meant}" as the first line'))
     if not isinstance(found, str) or found not in COMMANDS:
         raise UserError(document.problem(f"{found!r} is no kind of file{near(found, COMMANDS)}", ("kind",)))
@@ -174,6 +196,11 @@ def check_kind(document: Document, kind: str) -> None:
     else:
         text = f'a file of kind {found} is read by {COMMANDS[found]}; {COMMANDS[kind]} reads "{wanted}"'
     raise UserError(document.problem(text, ("kind",)))
+
+
+def _reader(kind: str) -> str:
+    """A file of a kind in words, by the command that reads it."""
+    return "leg file" if COMMANDS[kind] is None else f"file for {COMMANDS[kind]}"
 
 
 def may_be_of(document: Document, kind: str) -> bool:

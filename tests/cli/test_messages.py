@@ -57,6 +57,34 @@ def test_a_wrong_plain_number_is_reported_with_an_example(
     assert "%" not in text
 
 
+@pytest.mark.parametrize(
+    "command", [["check"], ["fit", "--out", "o"], ["compare", "--out", "o"], ["gap", "--out", "o"]]
+)
+def test_a_leg_file_without_its_kind_is_recognised(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text("name: shank\njoints: [{name: knee}]\n")
+    text = error_text([command[0], str(path), *command[1:]], capsys)
+    assert '"kind" is missing' in text
+    assert 'write "kind: leg" as the first line' in text
+
+
+@pytest.mark.parametrize("command", [["check"], ["compare", "--out", "o"]])
+@pytest.mark.parametrize(
+    ("kind", "said"), [("[leg]", "['leg'] is no kind of file"), ("Leg", "did you mean leg?"), ("import", "import")]
+)
+def test_a_file_of_another_kind_is_refused_without_naming_another_command(
+    command: list[str], kind: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(f"kind: {kind}\nname: shank\n")
+    text = error_text([command[0], str(path), *command[1:]], capsys)
+    assert said in text
+    assert "synth hopper" not in text
+    assert "hopper-design?" not in text
+
+
 def test_the_kind_of_a_file_is_inferred_from_its_keys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "x.yaml"
     for text, kind in (

@@ -69,6 +69,22 @@ def test_tolerances_in_any_unit_and_only_the_missing_ones_are_defaults(folder: P
     assert [d.key for d in project.defaults] == ["tolerance.com", "tolerance.inertia", "tolerance.damper"]
 
 
+@pytest.mark.parametrize(
+    ("written", "key", "said"),
+    [
+        ("spring: 0.5", "spring", "0.5 is not allowed without a unit: write 0.5 %, or 50 % if that is meant"),
+        ("mass: 1", "mass", "1 is not allowed without a unit: write 1 %"),
+        ("knee: {mass: 0.2}", "knee.mass", "0.2 is not allowed without a unit: write 0.2 %, or 20 % if that is meant"),
+        ("mass: 60 %", "mass", "60 % is not allowed: it can be at most 50 %"),
+    ],
+)
+def test_a_tolerance_that_lacks_its_percent_sign_is_refused(folder: Path, written: str, key: str, said: str) -> None:
+    """Read as 50 %, a spring a third too stiff was within its tolerance, and nothing was missing."""
+    with pytest.raises(UserError) as caught:
+        read_gap_project(write(folder, GAP + f"tolerance: {{{written}}}\n"))
+    assert [(problem.key, problem.text) for problem in caught.value.problems] == [(f"tolerance.{key}", said)]
+
+
 def test_a_tolerance_of_zero_for_everything_is_a_leg_known_exactly(folder: Path) -> None:
     keys = ("length", "mass", "com", "inertia", "spring", "damper")
     text = ", ".join([*(f"{key}: 0 %" for key in keys), "free_angle: 0 deg"])

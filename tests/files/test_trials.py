@@ -277,6 +277,25 @@ def test_bad_entries(tmp_path: Path, entries: list[object], words: str) -> None:
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        (50, {"trials[1].tip_mass": "50 has no unit: write it like 740 g (mass)"}),
+        ("-1 g", {"trials[1].tip_mass": "-1 g is not allowed: it must be at least 0 g"}),
+        ({"mass": 50}, {"trials[1].tip_mass.mass": "50 has no unit: write it like 740 g (mass)"}),
+        (
+            {"mass": "50 g", "inertia": "2e-6 kg*m^2", "att": "4 mm"},
+            {"trials[1].tip_mass.att": '"att" is not a key here; did you mean at?'},
+        ),
+    ],
+)
+def test_a_bad_tip_mass_has_one_message_with_its_key(tmp_path: Path, written: object, said: dict[str, str]) -> None:
+    put(tmp_path, csv_text())
+    with pytest.raises(UserError) as caught:
+        read_trials([{"file": "a.csv", "tip_mass": written}], tmp_path, LEG)
+    assert {problem.key: problem.text for problem in caught.value.problems} == said
+
+
 @pytest.mark.parametrize("entry", ["in.csv", "*.csv", "sub/a.csv", "sub/*.csv"])
 def test_links_that_lead_out_are_refused(tmp_path: Path, entry: str) -> None:
     put(tmp_path, csv_text(), "secret/a.csv")

@@ -132,8 +132,7 @@ def _allowed(item: FieldInfo, quantity: Quantity | None) -> str:
     if quantity is not None:
         for limit, word in ((quantity.above, "more than"), (quantity.least, "at least"), (quantity.most, "at most")):
             if limit is not None:
-                shown = units.write(limit, quantity.shown) if quantity.unit != "1" else f"{limit:g}"
-                messages.append(f"{word} {_short(shown)}")
+                messages.append(f"{word} {_written(limit, quantity)}")
         messages += [quantity.listed] if quantity.sizes else []
         messages += [f"at most {quantity.bare:g} without %"] if quantity.bare is not None else []
     messages += [f"at least {found.ge}" for found in marks(item, Ge)]
@@ -141,6 +140,12 @@ def _allowed(item: FieldInfo, quantity: Quantity | None) -> str:
     messages += [f"at least {found.min_length} items" for found in marks(item, MinLen)][:1]
     messages += [f"at most {found.max_length} items" for found in marks(item, MaxLen)][:1]
     return ", ".join(dict.fromkeys(messages))
+
+
+def _written(value: float, quantity: Quantity) -> str:
+    """A number with its unit; of shares only a deviation has one, of which a bare number may lack its ``%``."""
+    with_unit = quantity.unit != "1" or quantity.bare is not None
+    return _short(units.write(float(value), quantity.shown)) if with_unit else f"{value:g}"
 
 
 def _short(quantity: str) -> str:
@@ -169,7 +174,7 @@ def shown(value: Any, quantity: Quantity | None) -> str:
     if isinstance(value, dict):
         return "none" if not value else str(value)
     if isinstance(value, (int, float)) and quantity is not None:
-        return _short(units.write(float(value), quantity.shown)) if quantity.unit != "1" else f"{value:g}"
+        return _written(value, quantity)
     return str(value)
 
 
@@ -191,7 +196,7 @@ def example(section: KeySection, name: str, item: FieldInfo, quantity: Quantity 
         default = item.get_default(call_default_factory=True)
         if isinstance(default, (int, float)) and not isinstance(default, bool) and default:
             return shown(float(default), quantity)
-        return quantity.example if quantity.unit != "1" else "0.05"
+        return quantity.example if quantity.unit != "1" or quantity.bare is not None else "0.05"
     return ""
 
 
