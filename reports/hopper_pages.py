@@ -46,7 +46,7 @@ TRUTH_SECTIONS: tuple[ReportSection, ...] = (
     EQUATIONS,
 )
 GAP_SECTIONS: tuple[ReportSection, ...] = (
-    gap_which.SECTION,
+    gap_which.OF_A_JUMP,
     gap_evidence.SECTION,
     gap_how_far.SECTION,
     hopper_gap.WHERE,

@@ -26,6 +26,7 @@ WORDS = {  # of one leg, and of several
     "unsure": ("cannot show whether an effect is missing", "cannot show whether an effect is missing"),
 }
 MOST_ROWS = 5  # of the opening's table
+NEXT = "Open a leg's page below: it tells the cause; beside that of a swinging leg `diagnosed.leg.yaml` has it."
 
 
 def gaps_opening(result: Result) -> Opening:
@@ -45,7 +46,7 @@ def gaps_opening(result: Result) -> Opening:
     return Opening(
         f"{_diagnosed_count(result)} diagnosed{f': {joined_names(verdict_counts)}' if verdict_counts else ''}.",
         _warned_count(legs),
-        [*steps, *_mend(result, "diagnosed")] or ["Open a leg's page below; its `diagnosed.leg.yaml` has the cause."],
+        [*steps, *_mend(result, "diagnosed")] or [NEXT],
         figure,
         caption,
         Figures(("Cause", "Legs"), rows) if rows else None,

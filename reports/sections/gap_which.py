@@ -55,6 +55,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         ],
         "shown": MOST_BARS,
         "others": _others_text(document, ranked),
+        "diagnosed": False,
     }
 
 
@@ -199,4 +200,11 @@ def _number(value: object) -> float:
     return float(value) if isinstance(value, (int, float)) else 0.0
 
 
-SECTION = ReportSection("which", "Which effect causes it", content)
+def _content_of_swings(result: Result) -> dict[str, Any] | AbsentResult:
+    """The same, with the file that a diagnosis of a swinging leg writes beside its page."""
+    found = content(result)
+    return found if isinstance(found, AbsentResult) else {**found, "diagnosed": True}
+
+
+SECTION = ReportSection("which", "Which effect causes it", _content_of_swings)
+OF_A_JUMP = ReportSection("which", "Which effect causes it", content)  # a diagnosis of jumps writes no leg file

@@ -228,9 +228,15 @@ def check_part(model: type[Model], document: Document, value: Any, key: Key, pro
         return model.model_validate(value)
     except ValidationError as error:
         details = error.errors(include_url=False)
-        found = [_problem(model, document, key, detail) for detail in details]
+        found = [_problem(model, document, key, detail) for detail in details if not _counts_faulty_items(detail)]
         problems.extend(sorted(found, key=lambda problem: problem.line or 0))
         return None
+
+
+def _counts_faulty_items(detail: ErrorDetails) -> bool:
+    """Whether a list is too short only without its faulty items, each of which has a message of its own."""
+    written = detail["input"]
+    return detail["type"] == "too_short" and isinstance(written, list) and len(written) >= detail["ctx"]["min_length"]
 
 
 def near(value: object, names: Sequence[str] | dict[str, Any]) -> str:
@@ -265,7 +271,8 @@ def _problem(model: type[BaseModel], document: Document, key: Key, detail: Error
     elif value is None:
         text = f"has no value: write one{_example(name, field)}, or leave the key out"
     elif kind in ("too_short", "too_long"):
-        text = f"{_shown(value)} has {context['actual_length']} items; {_length(context)} needed"
+        count = len(value) if isinstance(value, list) else context["actual_length"]  # the latter of valid items only
+        text = f"{_shown(value)} has {count} items; {_length(context)} needed"
     else:
         text = f"{_shown(value)} is not allowed: {_EXPECTED.get(kind, detail['msg'])}"
     return document.problem(text, (*key, *where))

@@ -247,6 +247,8 @@ def test_catalogue_opens_with_the_users_files(folder: Path) -> None:
         (DESIGN + "select: {joints: {hip: {spring: {rate_tolerance: 5}}}}\n",
          ["select.joints.hip.spring.rate_tolerance"], "5 is not allowed without a unit: write 5 %, or 500 %"),
         (DESIGN + "scale: {time: -2}\n", ["scale.time"], "between"),
+        (DESIGN + "cad: {bed: [320, 132 mm, 154 mm]}\n", ["cad.bed[1]"], "320 has no unit"),
+        (DESIGN + "cad: {bed: [320 mm, 132]}\n", ["cad.bed[2]", "cad.bed"], "has 2 items; at least 3 are needed"),
         (DESIGN + "scale: {tme: 2}\n", ["scale.tme"], "did you mean time"),
         (DESIGN + "select: {catalogs: [my/*.csv]}\n", ["select.catalogs[1]"], "matches no file"),
         (DESIGN + "select: {joints: {hipp: {}}}\n", ["select.joints.hipp"], "did you mean hip"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +116,14 @@ def test_the_page_shows_every_result(damped: Path, found: dict[str, Any]) -> Non
     assert ">settle<" not in page
     assert ">rest<" not in page
     assert (found["where"]["phase"]["settle"], found["where"]["phase"]["rest"]) == (0.0, 0.0)
+
+
+def test_the_page_names_no_file_that_is_not_there(damped: Path) -> None:
+    """It told of diagnosed.leg.yaml, which only the diagnosis of a swinging leg writes."""
+    page = (damped / "report.html").read_text()
+    named = set(re.findall(r"<code>([\w.]+\.(?:yaml|json))</code>", page))
+    assert "gap.json" in named
+    assert {name for name in named if not (damped / name).is_file()} == set()
 
 
 def test_the_example_s_cause_is_found_from_another_engines_jumps(tmp_path: Path) -> None:

@@ -114,7 +114,11 @@ def test_gap_json_has_the_public_keys_and_units(written: Folder, effect: GapResu
 
 
 def test_the_diagnosed_leg_can_be_read_back(written: Folder, effect: GapResult) -> None:
-    leg = read_leg(written(effect) / "diagnosed.leg.yaml")
+    folder = written(effect)
+    leg = read_leg(folder / "diagnosed.leg.yaml")
+    assert (
+        "<code>diagnosed.leg.yaml</code> is the nominal leg with this effect." in (folder / "report.html").read_text()
+    )
     assert leg.joints[1].effects == {"coulomb_friction": {"torque": 0.048}}
     assert leg.joints[0].spring == effect.leg.joints[0].spring
 
