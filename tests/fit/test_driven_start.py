@@ -192,8 +192,8 @@ def test_later_samples_form_a_new_recording() -> None:
 def test_a_leg_with_another_law_is_fitted_whole_with_wider_intervals(seed: int) -> None:
     """No start of a leg with dry friction agrees with its last samples, so it is no hand: nothing is cut.
 
-    Of the intervals of these three legs 32 of 33 hold, and 22 without the difference of the rates: 10 of 12 in the first,
-    of which the test between trials finds that they differ.
+    Of the intervals of these three legs 32 of 33 hold, and 22 without the difference of the rates: 10 of 12 in the
+    first, of which the test between trials finds that they differ.
     """
     case = with_law(random_case(seed), "coulomb_friction")
     made = recordings(case.off, case.trials)
