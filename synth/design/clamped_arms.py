@@ -10,16 +10,16 @@ from functools import lru_cache
 from math import degrees, pi, sqrt, tau
 from typing import TYPE_CHECKING
 
-from synth.design.stop_places import MARGIN, STOP
+from synth.design.stop_places import DRAWN_STOP
 from synth.files.project_options import CadOptions
 from synth.parts.rows import TorsionSpringRow
 
 if TYPE_CHECKING:
     from synth.cad import SpringDimensions
 
-# deg, from a motion to the farthest drawn stops, which lie at whole degrees, and 5 to spare: a neighbouring wire, which
-# the last of two searches may end at, changes the angle at which seats meet by so much (0.55 and 0.533 mm: 63, 58 deg).
-BEYOND = 1.0 + MARGIN + STOP + 5.0
+# deg, from a motion to the angles between which seats stay apart. 5 to spare: a neighbouring wire, which the last of
+# two searches may end at, changes the angle at which seats meet by so much (0.55 and 0.533 mm: 63, 58 deg).
+BEYOND = DRAWN_STOP + 5.0
 LEAST_COILS = 0.1  # of a spring's coils: the fewest that remain at the largest opening considered
 
 

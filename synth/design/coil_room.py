@@ -12,13 +12,12 @@ from math import degrees
 import numpy as np
 
 from synth.design.clamped_arms import free_arm
-from synth.design.stop_places import MARGIN, STOP
+from synth.design.stop_places import DRAWN_STOP
 from synth.files.project_options import CadOptions
 from synth.spring.space import wound_inside_diameter
 from synth.spring.spring_requirements import SpringRequirements
 from synth.spring.spring_result import SpringDesign
 
-DRAWN_STOP = 1.0 + MARGIN + STOP  # deg, from a motion to the farthest drawn stops, which lie at whole degrees
 ESTIMATED = 0.05e-3  # m, of the inside: the arms' free length is estimated to 0.3 mm before the joint is drawn
 
 

@@ -8,6 +8,7 @@ Ends = tuple[float, float]
 MARGIN = 5.0  # deg, drawn travel beyond the leg's motion if the leg file gives no range
 STOP = 3.0  # deg past such a travel, at which the hard stops touch
 ASKED_STOP = 1.5  # deg past a range that the leg file states: the tolerance of printed flanks
+DRAWN_STOP = 1.0 + MARGIN + STOP  # deg, from a motion to the farthest drawn stops, which lie at whole degrees
 CLOCKING = 1.0  # deg, either way, left to set a damper's travel to the stops by hand: a mark on its flange
 
 

@@ -25,7 +25,6 @@ MOST_OF_NOISE = 6.0
 # Of the motion's RMS, a residual from which the motion is not followed. What a lab's filter leaves of the noise
 # scatters a thousandth of its size, but is 0.3 deg in motions of some 6 deg.
 NOT_FOLLOWED = 0.1
-NOT_TO_BE_USED = "the numbers here and at the joints beside it, with their 90 % intervals, are not to be used before"
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 
 
@@ -81,7 +80,10 @@ def misfits(
         else:
             text = f"the residual is {off}, the samples' scatter only {noise}: the model lacks an effect at this joint"
             if wrong:
-                text = f"{text} or next to it, and cannot follow this motion: {NOT_TO_BE_USED} it is found (synth gap)"
+                text += (
+                    " or next to it, and cannot follow this motion: the numbers here and at the joints beside it, with "
+                )
+                text += "their 90 % intervals, are not to be used before it is found (synth gap)"
                 found.append(at_joint(name, text, "decide"))
             else:
                 found.append(at_joint(name, f"{text} or next to it, or {LASTING_NOISE}"))

@@ -144,8 +144,10 @@ def _agree_to_white_noise(parts: Sequence[tuple[Array, Array]], recordings: Sequ
     starts = sum(2 * len(recording.free) for recording in recordings)
     beyond = sum(len(each) for each in left) - starts - len(parts[0][1]) - freedom
     rest = sum(float(each @ each) for each in left) - square
-    if freedom < 1 or beyond < 1 or rest <= 0.0:
-        return freedom < 1
+    if freedom < 1:
+        return True  # nothing in which trials could differ
+    if beyond < 1 or rest <= 0.0:
+        return False  # too few samples for this test
     return square_above(freedom, square * beyond / rest, beyond) > AGREE
 
 

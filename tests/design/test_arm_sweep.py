@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from design.own_springs import own_spring
 from synth.cad.dimensions import coil_fraction
 from synth.design.arm_sweep import WAY, least_rates
 from synth.design.choose_springs import TOO_WEAK, SpringSource, WantedTravel, other_springs, spring_options
@@ -65,15 +66,9 @@ def test_a_weaker_wanted_rate_is_held_to_the_least_and_told() -> None:
 
 
 def test_bought_springs_that_are_too_weak_are_left_out_with_the_reason(tmp_path: Path) -> None:
-    coils = 8 + coil_fraction(120.0)
-    (tmp_path / "mine.csv").write_text(
-        "part,vendor,material,included_angle [deg],rate [N*m/rad],wire_diameter [mm],outer_diameter [mm],"
-        f"body_coils [1]\nWEAK,Mine,music wire,120,1.14,3.2,33,{coils:.4f}\n"
-    )
-    whole = Catalogue.load([tmp_path / "mine.csv"])
-    only = replace(whole, springs=tuple(row for row in whole.springs if row.part == "WEAK"))
-    asked = replace(source(0.0, rate_tolerance=0.6), catalogue=only)
-    assert [option.part for option in spring_options(asked, 1.1)[0]] == ["WEAK"]
+    whole, row = own_spring(tmp_path, 1.14, 3.2, 33.0, 8 + coil_fraction(120.0))
+    asked = replace(source(0.0, rate_tolerance=0.6), catalogue=replace(whole, springs=(row,)))
+    assert [option.part for option in spring_options(asked, 1.1)[0]] == [row.part]
     limited = replace(asked, least_rate=1.3)
     (wound,), reasons, _ = spring_options(limited, 1.1)
     assert wound.row is None

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from design.own_springs import own_spring
 from synth.cad import DimensionError, JointDimensions, SpringDimensions, clear_upper_arm_angle
 from synth.cad.dimensions import LoadDimensions, coil_fraction
 from synth.design.choose_springs import SpringSource, WantedTravel, spring_options, spring_to_wind
@@ -60,13 +61,7 @@ def test_the_choice_judges_as_the_drawing(angle: float) -> None:
 
 
 def test_a_bought_spring_whose_seats_would_meet_is_left_out(tmp_path: Path) -> None:
-    coils = 3 + coil_fraction(120.0)
-    (tmp_path / "mine.csv").write_text(
-        "part,vendor,material,included_angle [deg],rate [N*m/rad],wire_diameter [mm],outer_diameter [mm],"
-        f"body_coils [1]\nTHIN,Mine,music wire,120,0.0107,0.533,6.93,{coils:.4f}\n"
-    )
-    whole = Catalogue.load([tmp_path / "mine.csv"])
-    (row,) = (row for row in whole.springs if row.part == "THIN")
+    _, row = own_spring(tmp_path, 0.0107, 0.533, 6.93, 3 + coil_fraction(120.0))
     thin = replace(CAD, shaft_diameter=3e-3)
     assert list(reasons_not_drawn(row, radians(70.0), thin)) == ["the seats of its arms would meet"]
     assert list(reasons_not_drawn(row, radians(20.0), thin)) == []

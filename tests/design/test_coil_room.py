@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from design.own_springs import own_spring
 from synth.cad import JointDimensions, SpringDimensions
 from synth.cad.dimensions import coil_fraction
 from synth.cad.spring_space import spring_space
 from synth.design.choose_springs import SpringSource, WantedTravel, spring_to_wind
-from synth.design.coil_room import DRAWN_STOP, inside_in_joint
+from synth.design.coil_room import inside_in_joint
 from synth.design.drawable_springs import reasons_not_drawn
+from synth.design.stop_places import DRAWN_STOP
 from synth.files.project_options import CadOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.spring.space import wound_inside_diameter
@@ -45,11 +47,7 @@ def test_the_room_is_that_of_the_layout(coils: int) -> None:
 
 def test_a_bought_spring_whose_bent_coil_meets_the_shaft_is_left_out(tmp_path: Path) -> None:
     """Centred it has 16.5 mm inside, more than the 15.0 mm of a shaft of 14 mm by more than the vendors' 10 %."""
-    (tmp_path / "mine.csv").write_text(
-        "part,vendor,material,included_angle [deg],rate [N*m/rad],wire_diameter [mm],outer_diameter [mm],"
-        f"body_coils [1]\nSHORT,Mine,music wire,120,1.5,2,22,{COILS:.4f}\n"
-    )
-    (row,) = (row for row in Catalogue.load([tmp_path / "mine.csv"]).springs if row.part == "SHORT")
+    _, row = own_spring(tmp_path, 1.5, 2.0, 22.0, COILS)
     thick, thin = (CadOptions(shaft_diameter=size, clearance=0.4e-3) for size in (14e-3, 12e-3))
     assert any(
         "the coil would close on the shaft of 14 mm" in why for why in reasons_not_drawn(row, radians(81), thick)

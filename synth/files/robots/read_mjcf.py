@@ -86,10 +86,10 @@ def read_mjcf(path: Path) -> Robot:
     name = _name(mujoco, model, "mjOBJ_BODY", 1) if model.nbody > 1 else ""
     title = title or name or path.stem
     marks = {_name(mujoco, model, "mjOBJ_SITE", index): data.site_xpos[index].copy() for index in range(model.nsite)}
-    left_out = (*_left_out(mujoco, model, held.read, actuators), *(f"MuJoCo warns: {text}" for text in heard))
     weighs = not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     gravity = np.array(model.opt.gravity) if weighs else np.zeros(3)
-    left_out = (*left_out, *doubtful_gravity(float(np.linalg.norm(gravity))))
+    left_out = _left_out(mujoco, model, held.read, actuators)
+    left_out += (*(f"MuJoCo warns: {text}" for text in heard), *doubtful_gravity(float(np.linalg.norm(gravity))))
     return Robot(title, bodies, joints, gravity, left_out, marks, contacts_of(mujoco, model))
 
 
