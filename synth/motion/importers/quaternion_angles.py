@@ -103,9 +103,10 @@ def _angle(rotations: Array, joint: str, column: JointColumn, name: str, notes: 
     known = np.isfinite(rotations).all(axis=1)
     found = _Turning.of(rotations[known])
     if column.axis is None:
-        shown = f"the file shows {_triple(found.axis)} or its negative" if found.angle >= TURNS else _STILL
+        turns, own = found.angle >= TURNS, _triple(found.axis)
+        shown = f"the file shows {own} or its negative: axis: {own}" if turns else f"{_STILL}: {EXAMPLE}"
         text = f"{joint}: write the axis about which this link turns, in the sensor's own axes, towards the one who "
-        raise UserError(Problem(f"{text}sees the leg as the leg file has it; {shown}: axis: [0, 0, 1]", name))
+        raise UserError(Problem(f"{text}sees the leg as the leg file has it; {shown}", name))
     axis, down = np.array(column.axis), np.array(column.down)
     axis = axis / np.linalg.norm(axis)
     down = down - (down @ axis) * axis
@@ -146,6 +147,7 @@ def _between(one: Array, other: Array) -> float:
     return float(np.arccos(np.clip(abs(one @ other), 0.0, 1.0)))
 
 
+EXAMPLE = "axis: [0, 0, 1]"
 _STILL = f"the sensor turns by less than {degrees(TURNS):.0f} deg in the file"
 
 
