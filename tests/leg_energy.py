@@ -16,8 +16,9 @@ def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float | Tip = 0.0) 
     omega = np.cumsum(rate, axis=-1)
     difference = phi[:, :, None] - phi[:, None, :]
     kinetic = 0.5 * np.einsum("ij,tij,ti,tj->t", coefficient.inertia, np.cos(difference), omega, omega)
+    kinetic += 0.5 * np.einsum("ij,tij,ti,tj->t", coefficient.inertia_across, np.sin(difference), omega, omega)
     kinetic = kinetic + 0.5 * rate**2 @ coefficient.armature
-    potential = -np.cos(phi) @ coefficient.gravity
+    potential = np.sin(phi) @ coefficient.gravity_across - np.cos(phi) @ coefficient.gravity
     for index, joint in enumerate(leg.joints):
         if joint.spring is not None:
             potential = potential + 0.5 * joint.spring.rate * (rotation[:, index] - joint.rest) ** 2

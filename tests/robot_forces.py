@@ -25,6 +25,8 @@ def forces_of(leg: Leg, readings: Array) -> tuple[Array, Array]:
         for above in range(last + 1):
             arm = joint.link.com if above == last else leg.joints[above].link.length
             way = arm * np.array([np.cos(turned[above]), np.sin(turned[above])])
+            if above == last:
+                way += joint.link.com_across * np.array([-np.sin(turned[above]), np.cos(turned[above])])
             moved[:, : above + 1] += np.outer(way, leg.sign[: above + 1])
         inertia = inertia + joint.link.mass * moved.T @ moved + joint.link.inertia * np.outer(turns, turns)
         weight += joint.link.mass * leg.gravity * moved[1]

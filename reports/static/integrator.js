@@ -1,6 +1,6 @@
 // The leg's motion in the page: a planar chain with springs and dampers, Dormand-Prince 5(4) with step control.
-// In absolute rotations phi the kinetic energy is 1/2 sum A_ij cos(phi_i - phi_j) dphi_i dphi_j and the potential energy
-// - sum G_i cos(phi_i) (synth.swing.mechanics); joint torques act between a link and its parent. Rotations in rad, SI.
+// In absolute rotations phi the kinetic energy is 1/2 sum (A_ij cos(phi_i - phi_j) + B_ij sin(phi_i - phi_j)) dphi_i
+// dphi_j and the potential energy sum (H_i sin(phi_i) - G_i cos(phi_i)) (synth.swing.mechanics); joint torques act between a link and its parent. Rotations in rad, SI.
 "use strict";
 window.synthLeg = (function () {
   function damperTorque(damper, speed) {
@@ -46,8 +46,11 @@ window.synthLeg = (function () {
     for (let i = 0; i < n; i++) { angle += q[i]; turning += v[i]; phi[i] = angle; omega[i] = turning; }
     const force = new Float64Array(n);  // in phi, then summed over the links outboard of each joint
     for (let i = 0; i < n; i++) {
-      let sum = -release.gravity[i] * Math.sin(phi[i]);
-      for (let j = 0; j < n; j++) sum -= release.inertia[i][j] * Math.sin(phi[i] - phi[j]) * omega[j] * omega[j];
+      let sum = -release.gravity[i] * Math.sin(phi[i]) - release.gravity_across[i] * Math.cos(phi[i]);
+      for (let j = 0; j < n; j++) {
+        const along = release.inertia[i][j], across = release.inertia_across[i][j], between = phi[i] - phi[j];
+        sum -= (along * Math.sin(between) - across * Math.cos(between)) * omega[j] * omega[j];
+      }
       force[i] = sum;
     }
     for (let i = n - 2; i >= 0; i--) force[i] += force[i + 1];
@@ -63,8 +66,11 @@ window.synthLeg = (function () {
     // Mass matrix in joint coordinates: sums of A_kl cos(phi_k - phi_l) over links outboard of both joints.
     const whole = [];
     for (let i = 0; i <= n; i++) whole.push(new Float64Array(n + 1));
-    for (let i = n - 1; i >= 0; i--) for (let j = n - 1; j >= 0; j--)
-      whole[i][j] = release.inertia[i][j] * Math.cos(phi[i] - phi[j]) + whole[i + 1][j] + whole[i][j + 1] - whole[i + 1][j + 1];
+    for (let i = n - 1; i >= 0; i--) for (let j = n - 1; j >= 0; j--) {
+      const between = phi[i] - phi[j];
+      const own = release.inertia[i][j] * Math.cos(between) + release.inertia_across[i][j] * Math.sin(between);
+      whole[i][j] = own + whole[i + 1][j] + whole[i][j + 1] - whole[i + 1][j + 1];
+    }
     for (const i of free) whole[i][i] += (acting[i].effects || NOTHING).armature || 0;
     const m = free.length, a = [];
     for (let r = 0; r < m; r++) { a.push(new Float64Array(m + 1)); for (let c = 0; c < m; c++) a[r][c] = whole[free[r]][free[c]]; a[r][m] = force[free[r]]; }

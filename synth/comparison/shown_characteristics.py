@@ -189,7 +189,7 @@ def alone(leg: Leg) -> Mapping[str, JointAlone]:
     inertia = np.diag(mass_matrix(coefficient, pose, leg.tilt))
     # Rotating joint j rotates every link outboard of it by the same angle.
     phi = leg.tilt + np.cumsum(pose)
-    weight = coefficient.gravity * np.cos(phi)
+    weight = coefficient.weight_stiffness(phi)
     gravity = np.cumsum(weight[::-1])[::-1]
     found = {}
     for j, joint in enumerate(leg.joints):

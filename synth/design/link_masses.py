@@ -75,11 +75,10 @@ class BuiltLink:
 
 
 def _figures(body: RigidBody) -> dict[str, Any]:
-    across, along = body.centre[0], -body.centre[1]
     return {
         "mass": quantity(body.mass, "g"),
-        "com": quantity(along, "mm"),
-        "inertia": quantity(body.inertia[2] + body.mass * across**2, "kg*m^2"),
+        "com": quantity(-body.centre[1], "mm"),
+        "inertia": quantity(body.inertia[2], "kg*m^2"),
     }
 
 
@@ -153,12 +152,13 @@ def turns_back(first: Leg, second: Leg, third: Leg) -> bool:
     return product < 0.0
 
 
-def _relative(link: Link, other: Link) -> tuple[float, float, float]:
-    """Mass, centre and inertia about the joint of a link relative to those of another; its centre in radii of gyration
-    of the other about the joint.
+def _relative(link: Link, other: Link) -> tuple[float, float, float, float]:
+    """Mass, centre along and across, and inertia about the joint of a link relative to those of another; its centre in
+    radii of gyration of the other about the joint.
     """
-    about = link_body(other).about_hinge
-    return link.mass / other.mass, link.com / sqrt(about / other.mass), link_body(link).about_hinge / about
+    about = other.about_joint
+    gyration = sqrt(about / other.mass)
+    return link.mass / other.mass, link.com / gyration, link.com_across / gyration, link.about_joint / about
 
 
 def _difference(one: Link, other: Link) -> float:

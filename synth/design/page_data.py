@@ -115,7 +115,9 @@ def _release(leg: Leg, release: WantedRelease, motion: Array, name: str) -> dict
         "locked": list(release.conditions.locked),
         "tilt": _number(leg.tilt + release.conditions.tilt, 12),
         "inertia": [[_number(value, 12) for value in row] for row in coefficient.inertia],
+        "inertia_across": [[_number(value, 12) for value in row] for row in coefficient.inertia_across],
         "gravity": [_number(value, 12) for value in coefficient.gravity],
+        "gravity_across": [_number(value, 12) for value in coefficient.gravity_across],
         "wanted": [[round(float(value), 4) for value in column] for column in measured.T],
     }
 

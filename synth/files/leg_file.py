@@ -133,6 +133,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
             "length": units.write(link.length, "mm"),
             "mass": units.write(link.mass, "kg"),
             "com": units.write(link.com, "mm"),
+            **({"com_across": units.write(link.com_across, "mm")} if link.com_across else {}),
             "inertia": units.write(link.inertia, "kg*m^2"),
             **({"includes": link.includes} if link.includes != "joint" else {}),
         }
@@ -233,7 +234,7 @@ class _Reader:
         if joint is None:
             return None
         given = joint.link
-        link = Link(given.length, given.mass, given.com, given.inertia, given.includes)
+        link = Link(given.length, given.mass, given.com, given.inertia, given.includes, given.com_across)
         span = (joint.range[0], joint.range[1]) if joint.range is not None else None
         spring = self.spring(joint.spring, (*key, "spring")) if joint.spring is not None else None
         damper = self.damper(joint.damper, (*key, "damper")) if joint.damper is not None else None

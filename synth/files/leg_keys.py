@@ -30,6 +30,7 @@ class LinkKeys(FileModel):
     com: Annotated[float, Quantity("m")]
     inertia: Annotated[float, Quantity("kg*m^2", above=0)]
     includes: Literal["none", "joint"] = "joint"
+    com_across: Annotated[float, Quantity("m")] = 0.0
 
 
 class SpringKeys(FileModel):
@@ -129,14 +130,16 @@ def check_across(document: Document, problems: list[Problem]) -> None:
                 problems.append(document.problem(text, key))
             names[name] = document.line(key)
         link = joint.get("link")
-        if isinstance(link, dict) and {"com", "length"} <= link.keys():
+        for com, whence in (("com", "its joint"), ("com_across", "its line")):
+            if not (isinstance(link, dict) and {com, "length"} <= link.keys()):
+                continue
             try:
-                ratio = abs(units.parse(link["com"], "m")) / units.parse(link["length"], "m")
+                ratio = abs(units.parse(link[com], "m")) / units.parse(link["length"], "m")
             except (UserError, ZeroDivisionError):
                 continue  # reported by the field itself
             if ratio > COM_LIMIT:
-                text = f"{link['com']} is {ratio:.3g} lengths of the link away from its joint; check the unit"
-                problems.append(document.problem(text, ("joints", index, "link", "com")))
+                text = f"{link[com]} is {ratio:.3g} lengths of the link away from {whence}; check the unit"
+                problems.append(document.problem(text, ("joints", index, "link", com)))
         if isinstance(link, dict) and {"inertia", "mass", "length"} <= link.keys():
             try:
                 inertia, mass = units.parse(link["inertia"], "kg*m^2"), units.parse(link["mass"], "kg")

@@ -56,7 +56,7 @@ def _link(joint: Joint) -> list[str]:
         f'    over "{identifier(joint.name)}_link" (prepend apiSchemas = ["PhysicsMassAPI"])',
         "    {",
         f"        float physics:mass = {link.mass:.9g}",
-        f"        point3f physics:centerOfMass = (0, 0, {-link.com:.9g})",
+        f"        point3f physics:centerOfMass = ({link.com_across:.9g}, 0, {-link.com:.9g})",
         f"        float3 physics:diagonalInertia = ({across:.9g}, {about:.9g}, {along:.9g})",
         "        quatf physics:principalAxes = (1, 0, 0, 0)",
         "    }",

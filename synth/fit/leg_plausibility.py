@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 from synth.remarks import at_joint, decisive
 from synth.swing.leg_model import Leg
 
@@ -16,7 +18,7 @@ def leg_doubts(leg: Leg) -> list[str]:
     messages: list[str] = []
     for joint in leg.joints:
         link, name = joint.link, joint.name
-        reach = max(link.length, 2.0 * abs(link.com))
+        reach = max(link.length, 2.0 * hypot(link.com, link.com_across))
         if link.inertia > link.mass * reach**2:
             times = link.inertia / (link.mass * reach**2)
             text = (

@@ -50,7 +50,7 @@ class SearchBox:
     def rates(self, leg: Leg) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Logarithms (n,) of the least and the greatest spring rate (N m/rad), and of those of the damper rate."""
         inertia = outboard_inertia(leg)
-        weight = np.cumsum(np.abs(coefficients(leg).gravity)[::-1])[::-1]
+        weight = np.cumsum(coefficients(leg).weight[::-1])[::-1]
         decay = np.maximum(
             min(MOST_DAMPING / self.pace, MOST_DECAY / self.interval), MOST_CREEP * self.length * weight / inertia
         )

@@ -169,7 +169,7 @@ class CharacteristicRelease:
         pose = leg.to_rotation(np.array([joint.rest for joint in joints]))
         coefficient = coefficients(leg)
         inertia = np.diag(mass_matrix(coefficient, pose, leg.tilt))
-        weight = coefficient.gravity * np.cos(leg.tilt + np.cumsum(pose))
+        weight = coefficient.weight_stiffness(leg.tilt + np.cumsum(pose))
         gravity = np.cumsum(weight[::-1])[::-1]
         whole = inertia * natural**2
         # A fiftieth: a start needs a positive rate where gravity alone is stiffer than wanted.

@@ -117,7 +117,9 @@ def _mjcf(leg: Leg) -> str:
         parent = SubElement(parent, "body", pos=f"0 0 {height!r}", quat=turn)
         SubElement(parent, "joint", _hinge(joint))
         inertia = f"{link.inertia!r} {link.inertia!r} {link.inertia!r}"
-        SubElement(parent, "inertial", pos=f"0 0 {-link.com!r}", mass=repr(link.mass), diaginertia=inertia)
+        SubElement(
+            parent, "inertial", pos=f"{link.com_across!r} 0 {-link.com!r}", mass=repr(link.mass), diaginertia=inertia
+        )
         height, turned = -link.length, 0.0
     return tostring(root, encoding="unicode")
 

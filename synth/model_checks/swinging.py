@@ -110,7 +110,7 @@ def outboard(leg: Leg, j: int, pose: Array) -> tuple[float, float, float]:
         absolute += 0.0 if i == j else float(pose[i])
         along = np.array([np.sin(absolute), -np.cos(absolute)])
         link = leg.joints[i].link
-        centre = place + link.com * along
+        centre = place + link.com * along + link.com_across * np.array([np.cos(absolute), np.sin(absolute)])
         inertia += link.inertia + link.mass * float(centre @ centre)
         moment += link.mass * leg.gravity * centre
         place = place + link.length * along
@@ -201,7 +201,8 @@ def potential(leg: Leg, rotation: Array) -> float:
     for joint, angle in zip(leg.joints, rotation, strict=True):
         absolute += float(angle)
         along = np.array([np.sin(absolute), -np.cos(absolute)])
-        total += joint.link.mass * leg.gravity * float((place + joint.link.com * along)[1])
+        height = float((place + joint.link.com * along)[1]) + joint.link.com_across * np.sin(absolute)
+        total += joint.link.mass * leg.gravity * height
         place = place + joint.link.length * along
         if joint.spring is not None:
             total += 0.5 * joint.spring.rate * (float(angle) - joint.rest) ** 2
@@ -214,7 +215,8 @@ def kinetic(leg: Leg, rotation: Array, rate: Array) -> float:
     for joint, angle, turning in zip(leg.joints, rotation, rate, strict=True):
         absolute, spin = absolute + float(angle), spin + float(turning)
         across = spin * np.array([np.cos(absolute), np.sin(absolute)])
-        centre = velocity + joint.link.com * across
+        inward = spin * np.array([-np.sin(absolute), np.cos(absolute)])
+        centre = velocity + joint.link.com * across + joint.link.com_across * inward
         total += 0.5 * joint.link.mass * float(centre @ centre) + 0.5 * joint.link.inertia * spin**2
         total += 0.5 * joint.armature * float(turning) ** 2
         velocity = velocity + joint.link.length * across
@@ -227,7 +229,7 @@ def turning(leg: Leg, rotation: Array) -> Array:
     for joint, angle in zip(leg.joints, rotation, strict=True):
         absolute += float(angle)
         joints.append(place)
-        centres.append(place + joint.link.com * np.sin(absolute))
+        centres.append(place + joint.link.com * np.sin(absolute) + joint.link.com_across * np.cos(absolute))
         place += joint.link.length * np.sin(absolute)
     weights = leg.gravity * np.array([joint.link.mass for joint in leg.joints])
     rates = np.array([joint.spring.rate if joint.spring is not None else 0.0 for joint in leg.joints])

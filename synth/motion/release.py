@@ -180,8 +180,9 @@ def _view(
         step = float(smoothed.time[1] - smoothed.time[0])
         points = min(odd_points(width, step), len(smoothed.time) // 2 * 2 - 1)
         phi, omega = absolute(smoothed.angle, leg.tilt), np.cumsum(smoothed.rate, axis=1)
-        cosine = np.cos(phi[:, :, None] - phi[:, None, :])
-        twice = np.einsum("ij,tij,ti,tj->t", coefficient.inertia, cosine, omega, omega)
+        between = phi[:, :, None] - phi[:, None, :]
+        moving = coefficient.inertia * np.cos(between) + coefficient.inertia_across * np.sin(between)
+        twice = np.einsum("tij,ti,tj->t", moving, omega, omega)
         twice += smoothed.rate**2 @ coefficient.armature
         mass = mass_matrix(coefficient, smoothed.angle[-1], leg.tilt)
         noise = smoothed.noise * polynomial_noise(points, 3, step)[1]

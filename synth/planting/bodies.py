@@ -15,8 +15,8 @@ import math
 
 from numba import njit
 
-# Columns of ``body``
-LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, BODY_KIND, DIRECTION, OFFSET, ROTOR = range(11)
+# Columns of ``body``; ``BESIDE``: distance of the centre of mass from the line, to the right of a hanging body
+LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, BODY_KIND, DIRECTION, OFFSET, ROTOR, BESIDE = range(12)
 HINGE, SLIDE = 0.0, 1.0
 
 
@@ -53,9 +53,9 @@ def accelerate(body, gravity, locked, tau, q, w, acc, force, s):
         s[i, BX], s[i, BY] = bx - before * before * rx, by - before * before * ry
         across, along = math.sin(phi), math.cos(phi)
         ex, ey = body[i, LENGTH] * across, -body[i, LENGTH] * along
-        m, h = body[i, MASS], body[i, MASS] * body[i, COM]
-        hx, hy = h * across, -h * along
-        s[i, I00], s[i, I01], s[i, I02] = body[i, INERTIA] + h * body[i, COM], -hy, hx
+        m, h, b = body[i, MASS], body[i, MASS] * body[i, COM], body[i, MASS] * body[i, BESIDE]
+        hx, hy = h * across + b * along, b * across - h * along
+        s[i, I00], s[i, I01], s[i, I02] = body[i, INERTIA] + h * body[i, COM] + b * body[i, BESIDE], -hy, hx
         s[i, I11], s[i, I12], s[i, I22] = m, 0.0, m
         s[i, P0], s[i, P1], s[i, P2] = hx * gravity, -spin * spin * hx, m * gravity - spin * spin * hy
     _inward(body, locked, tau, s)

@@ -117,6 +117,7 @@ class PlantedLeg:
     servos: tuple[PlantedServo, ...] = ()
     by_current: tuple[int, ...] = ()
     laws: tuple[Law, ...] = ()  # effects that the designed leg has
+    com_across: Array | None = None  # (n,) m, how far each centre of mass lies beside its link's line; as designed
 
     @property
     def n(self) -> int:
@@ -154,7 +155,8 @@ class PlantedLeg:
         total, reach = 0.0, 0.0
         for i in range(joint, self.n):
             length, mass, com, inertia = self.values[:4, i]
-            total += inertia + mass * (reach + com) ** 2
+            beside = 0.0 if self.com_across is None else float(self.com_across[i])
+            total += inertia + mass * ((reach + com) ** 2 + beside**2)
             reach += length
         return total + (0.0 if self.rotors is None else float(self.rotors[joint]))
 

@@ -46,21 +46,23 @@ def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
     root = leg.tilt + trial.tilt + truth.tilt
     if truth.base is not None:
         for kind, direction, arm, mass, inertia, rate, damping in truth.base.bodies:
-            rows.append([arm, mass, 0.0, inertia, rate, damping, 0.0, kind, direction, 0.0, 0.0])
+            rows.append([arm, mass, 0.0, inertia, rate, damping, 0.0, kind, direction, 0.0, 0.0, 0.0])
     for i in range(leg.n):
         length, mass, com, inertia, rate, damping, free = leg.values[:7, i]
+        beside = 0.0 if leg.com_across is None else float(leg.com_across[i])
         if i == leg.n - 1 and trial.tip_mass:
             whole, place = mass + trial.tip_mass, length if trial.tip_at is None else trial.tip_at
             centre = (mass * com + trial.tip_mass * place) / whole
             inertia = inertia + mass * (com - centre) ** 2 + trial.tip_mass * (place - centre) ** 2
-            inertia += trial.tip_inertia
-            mass, com = whole, centre
+            inertia += trial.tip_inertia + beside**2 * mass * trial.tip_mass / whole
+            mass, com, beside = whole, centre, beside * mass / whole
         if i in truth.bare:
             rate = damping = 0.0
         where.append(len(rows))
         rotor = sum(size for joint, size in truth.rotors if joint == i)
         rotor += 0.0 if leg.rotors is None else float(leg.rotors[i])
-        first = [length, mass, com, inertia, rate, damping, free, bodies.HINGE, 0.0, root if i == 0 else 0.0, rotor]
+        turned = root if i == 0 else 0.0
+        first = [length, mass, com, inertia, rate, damping, free, bodies.HINGE, 0.0, turned, rotor, beside]
         bend = next((b for b in truth.bends if b.joint == i), None)
         rows += [first] if bend is None else _segments(first, bend)
     fixed = np.zeros(len(rows), dtype=bool)
@@ -157,7 +159,7 @@ def _segments(whole: list[float], bend: Bend) -> list[list[float]]:
         if k == 0:
             row += whole[4:]
         else:
-            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, bodies.HINGE, 0.0, 0.0, 0.0]
+            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, bodies.HINGE, 0.0, 0.0, 0.0, whole[bodies.BESIDE]]
         rows.append(row)
     return rows
 

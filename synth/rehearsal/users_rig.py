@@ -188,7 +188,8 @@ def _nominal_leg(leg: OurLeg, fastest_seen: Array, by_current: Sequence[int]) ->
     if servos or by_current:
         values = np.vstack([values, np.ones((len(MOTOR_PARAMETERS), len(leg.joints)))])
     own = leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity
-    return PlantedLeg(*own, tuple(curves), leg.armature, servos, tuple(by_current), stated_laws(leg))
+    across = np.array([link.com_across for link in links])
+    return PlantedLeg(*own, tuple(curves), leg.armature, servos, tuple(by_current), stated_laws(leg), across)
 
 
 def _damper_rate_and_curve(joint: Joint, speed: float) -> tuple[float, Array | None]:

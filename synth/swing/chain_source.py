@@ -101,10 +101,13 @@ def equations_of_motion(layout: Layout) -> list[str]:
         put(f"m{i}{i} = {at(layout.inertia_row(i, i))}")
         for j in range(i + 1, n):
             put(f"a = {at(layout.inertia_row(i, j))}")
-            put(f"m{i}{j} = a * (c{i} * c{j} + s{i} * s{j})")
-            put(f"h{i}{j} = a * (s{i} * c{j} - c{i} * s{j})")
+            put(f"b = {at(layout.across_row(i, j))}")
+            put(f"cosine = c{i} * c{j} + s{i} * s{j}")
+            put(f"sine = s{i} * c{j} - c{i} * s{j}")
+            put(f"m{i}{j} = a * cosine + b * sine")
+            put(f"h{i}{j} = a * sine - b * cosine")
     for i in range(n):
-        terms = [f"{at(layout.row('gravity', i))} * s{i}"]
+        terms = [f"{at(layout.row('gravity', i))} * s{i} + {at(layout.row('gravity_across', i))} * c{i}"]
         terms += [f"h{i}{j} * square{j}" for j in range(i + 1, n)]
         put(f"bias{i} = {' + '.join(terms)}" + "".join(f" - h{j}{i} * square{j}" for j in range(i)))
     lines += _joint_coordinates(n)
@@ -306,8 +309,9 @@ def bearing_forces(layout: Layout) -> str:
     gives the accelerations for other extra torques at the same state, with the factorisation of ``bearing_forces``.
 
     Newton's second law for all links outboard of a joint: link k contributes to the acceleration, per unit length,
-    ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2, sin phi_k ddphi_k + cos phi_k dphi_k^2)``, so the force on joint j
-    is ``sum_{k<j} length_k carried_j p_k + sum_{k>=j} moment_k p_k + carried_j g (0, 1)``.
+    ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2, sin phi_k ddphi_k + cos phi_k dphi_k^2)`` along it and
+    ``n_k = (-p_kz, p_kx)`` across it, so the force on joint j is ``sum_{k<j} length_k carried_j p_k +
+    sum_{k>=j} (moment_k p_k + moment_across_k n_k) + carried_j g (0, 1)``.
     """
     n, row = layout.n, layout.row
     first = equations_of_motion(layout)
@@ -324,8 +328,9 @@ def bearing_forces(layout: Layout) -> str:
             f"pz{i} = s{i} * alpha{i} + c{i} * square{i}",
         ]
     for i in range(n - 1, -1, -1):  # the links outboard of the joint, and gravity
-        moment = at_row(row("first_moment", i))
-        first += [f"out{d}{i} = {moment} * p{d}{i}" + (f" + out{d}{i + 1}" if i < n - 1 else "") for d in "xz"]
+        along, across = at_row(row("first_moment", i)), at_row(row("moment_across", i))
+        own = {"x": f"{along} * px{i} - {across} * pz{i}", "z": f"{along} * pz{i} + {across} * px{i}"}
+        first += [f"out{d}{i} = {own[d]}" + (f" + out{d}{i + 1}" if i < n - 1 else "") for d in "xz"]
     first += ["inx = 0.0", f"inz = {at_row(row('weight'))}"]  # the links inboard of it
     for i in range(n):
         first += [

@@ -24,10 +24,19 @@ def started_integrals(layout: Layout, workspace: Array, known: Linear, start: fl
     """
     rows = {
         name: workspace[layout.rows(name)]
-        for name in ("rotation", "spring_rate", "rest", "gravity", "servo_strength", "servo_sag", "servo_integral_gain")
+        for name in (
+            "rotation",
+            "spring_rate",
+            "rest",
+            "gravity",
+            "gravity_across",
+            "servo_strength",
+            "servo_sag",
+            "servo_integral_gain",
+        )
     }
     direction = workspace[layout.row("tilt")] + np.cumsum(rows["rotation"], axis=0)
-    moment = rows["gravity"] * np.sin(direction)
+    moment = rows["gravity"] * np.sin(direction) + rows["gravity_across"] * np.cos(direction)
     load = np.cumsum(moment[::-1], axis=0)[::-1] + rows["spring_rate"] * (rows["rotation"] - rows["rest"])
     times, values, _ = known
     n = layout.n

@@ -74,7 +74,8 @@ _ONE_A_JOINT = (
 _FOR_EFFECTS = (
     "damper_torque",  # resisting torque of rate and curve
     "length", "carried_mass",  # mass of all links outboard of the joint
-    "first_moment",  # of the link and of all links outboard of it, about the joint
+    # Of the link and of all links outboard of it, about the joint, along the link and across it.
+    "first_moment", "moment_across",
     "bearing_force",
     "spring_laws", "damper_laws",  # torques on q of the laws that belong to spring and damper
 )  # fmt: skip
@@ -108,7 +109,8 @@ class Layout:
     def blocks(self) -> dict[str, tuple[int, int]]:
         """Block name -> (first row, number of rows), in the order of the rows."""
         sizes = dict.fromkeys(_ONE_A_JOINT, MOST_LINKS)
-        sizes |= {"inertia": MOST_LINKS * (MOST_LINKS + 1) // 2, "gravity": MOST_LINKS, "tilt": 1, "weight": 1}
+        sizes |= {"inertia": MOST_LINKS * (MOST_LINKS + 1) // 2, "inertia_across": MOST_LINKS * (MOST_LINKS - 1) // 2}
+        sizes |= {"gravity": MOST_LINKS, "gravity_across": MOST_LINKS, "tilt": 1, "weight": 1}
         sizes |= dict.fromkeys(SOURCE, 1)
         sizes |= dict.fromkeys(_FOR_EFFECTS, MOST_LINKS) | {"factors": MOST_LINKS * (MOST_LINKS + 3) // 2}
         for law in self.laws:
@@ -152,6 +154,10 @@ class Layout:
     def inertia_row(self, i: int, j: int) -> int:
         """Row of the inertia coefficient of links i <= j."""
         return self.row("inertia", i * self.n - i * (i - 1) // 2 + (j - i))
+
+    def across_row(self, i: int, j: int) -> int:
+        """Row of the inertia coefficient of links i < j that is due to centres of mass beside the lines of links."""
+        return self.row("inertia_across", i * self.n - i * (i + 1) // 2 + (j - i - 1))
 
     def memories(self, of: Sequence[tuple[str, int]]) -> tuple[list[int], list[int]]:
         """Rows of memories (law, joint), and of their time derivatives."""

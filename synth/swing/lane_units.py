@@ -16,10 +16,10 @@ from synth.swing.time_unit import time_exponent
 
 # Power of time in the unit of each block of rows outside the effects; 0 for all other blocks.
 IN_TIME = {
-    "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
-    "curve_slope": -1, "torque_offset": -2, "torque_delay": 1, "servo_damping_gain": 1, "servo_strength": -2,
-    "servo_back_emf": -1, "servo_torque_limit": -2, "servo_delay": 1, "servo_period": 1, "servo_phase": 1,
-    "servo_command_rate": -1, "servo_integral_gain": -1, "slew_short": 1, "slew_slope": -1,
+    "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "gravity_across": -2, "weight": -2,
+    "curve_speed": -1, "curve_slope": -1, "torque_offset": -2, "torque_delay": 1, "servo_damping_gain": 1,
+    "servo_strength": -2, "servo_back_emf": -1, "servo_torque_limit": -2, "servo_delay": 1, "servo_period": 1,
+    "servo_phase": 1, "servo_command_rate": -1, "servo_integral_gain": -1, "slew_short": 1, "slew_slope": -1,
     "drive_torque": -2, "known_torque": -2,
 }  # fmt: skip
 

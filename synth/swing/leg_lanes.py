@@ -16,6 +16,7 @@ from synth.arrays import Array, Mask
 from synth.drives.servo import INTEGRAL_LIMIT, UNLIMITED, Servo, TorqueDrive, delayed, fed_together
 from synth.errors import UserError
 from synth.swing.damper_curves import compiled_rows
+from synth.swing.effect_directions import in_rotation
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CONTROLLED, CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
 from synth.swing.leg_model import Leg, Tip, turning_inertia
@@ -30,22 +31,22 @@ TOO_MANY_LINKS = (
     f"the leg's joints and the links that its effects add are more than {MOST_LINKS}, the most that are simulated: "
     "state fewer of base_compliance, gear_play and link_flexibility"
 )
-_PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature", "lag")
+_PER_LINK = ("length", "mass", "com", "com_across", "inertia", "spring_rate", "rest", "damper_rate", "armature", "lag")
 
 
 @dataclass
 class LegLanes:
     """Columns of legs; every array has ``n_lane`` columns and may be changed in place.
 
-    ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
-    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 (turns with the
-    joint, its rotor included); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that feeds several
-    servos; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s; ``servo`` (17, n,
-    n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo, of their torque limits that by the
-    current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n, n_lane) stated
-    resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet in ``servo``
-    and ``armature`` but in ``servo_numbers`` and ``own_inertia``: so it follows what changes a motor's constants.
-    ``own_emf`` (n,) True for a motor whose back-EMF constant is stated beside its torque constant.
+    ``length``, ``com``, ``com_across`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N
+    m/rad, ``rest`` rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2
+    (turns with the joint, its rotor included); ``tilt`` (n_lane,) rad; ``source`` (n_lane,) ohm of the source that
+    feeds several servos; ``drive`` (3, n, n_lane) errors of a known torque on q: gain (share), offset N m, delay s;
+    ``servo`` (17, n, n_lane) parameters of the servos in the order of ``SERVO``, 0 without a servo, of their torque
+    limits that by the current; ``torque_limit`` (n, n_lane) N m, that which no motor constant changes; ``winding`` (n,
+    n_lane) stated resistance of a winding over that with effects; ``lag`` (n, n_lane) s of a winding, which is not yet
+    in ``servo`` and ``armature`` but in ``servo_numbers`` and ``own_inertia``: so it follows what changes a motor's
+    constants. ``own_emf`` (n,) True for a motor whose back-EMF constant is stated beside its torque constant.
     ``weightless`` (n,) links on which gravity does no work (a sliding base). ``read_beyond`` (n, n_lane) 1 where the
     encoder of the recording sits behind a gear's play: it reads the joint's rotation and that of the next hinge; else
     0. ``controlled`` (3, n, n_lane) what a servo controls in place of its joint's rotation, see ``CONTROLLED``.
@@ -56,6 +57,7 @@ class LegLanes:
     length: Array
     mass: Array
     com: Array
+    com_across: Array
     inertia: Array
     spring_rate: Array
     rest: Array
@@ -108,6 +110,7 @@ class LegLanes:
             length=column([j.link.length for j in joints]),
             mass=column([j.link.mass for j in joints]),
             com=column([j.link.com for j in joints]),
+            com_across=column([j.link.com_across for j in joints]),
             inertia=column([j.link.inertia for j in joints]),
             spring_rate=column(leg.spring_rate),
             rest=column(leg.rest),
@@ -225,8 +228,9 @@ class LegLanes:
         """
         ends = np.cumsum(self.length[link:], axis=0)
         reach = ends - self.length[link:] + self.com[link:]
-        moment = np.abs((self.mass[link:] * reach).sum(axis=0))
-        moving = (self.inertia[link:] + self.mass[link:] * reach**2).sum(axis=0)
+        across = self.com_across[link:]
+        moment = np.hypot(*((self.mass[link:] * lever).sum(axis=0) for lever in (reach, across)))
+        moving = (self.inertia[link:] + self.mass[link:] * (reach**2 + across**2)).sum(axis=0)
         if effect.deviation:
             far, fast = effect.function(effect.deviation)(
                 self, link, INITIAL_ACCELERATION * self.gravity * moment / moving
@@ -295,7 +299,12 @@ class LegLanes:
     def own_inertia(self) -> Array:
         """(n, n_lane) kg m^2 that turn with each joint: ``armature`` less what its winding's lag takes."""
         braking = self.servo[SERVO.index("servo_back_emf")]
-        return turning_inertia(self.armature, braking, self.lag, self.mass, self.com, self.inertia)
+        return turning_inertia(self.armature, braking, self.lag, self.about_joint)
+
+    @property
+    def about_joint(self) -> Array:
+        """(n, n_lane) kg m^2, inertia of each link alone about its proximal joint."""
+        return self.inertia + self.mass * (self.com**2 + self.com_across**2)
 
     def write(self, layout: Layout, locked: tuple[int, ...], tip: Tip, tilt: float, off: Array) -> Array:
         """(n_row, n_lane) the chain's lanes, with state rows zero.
@@ -309,16 +318,7 @@ class LegLanes:
         """
         n = self.n
         lanes = np.repeat(off[:, None], self.n_lane, axis=1)
-        tipped, at = tip.on_links(self.length, self.own[-1])
-        carried = np.cumsum((self.mass + tip.mass * tipped)[::-1], axis=0)[::-1]
-        outboard = np.concatenate([carried[1:], np.zeros((1, self.n_lane))])  # acts at the link's end
-        moment = self.mass * self.com + outboard * self.length + tip.mass * tipped * at
-        for i in range(n):
-            own = self.inertia[i] + self.mass[i] * self.com[i] ** 2 + outboard[i] * self.length[i] ** 2
-            lanes[layout.inertia_row(i, i)] = own + tipped[i] * (tip.mass * at**2 + tip.inertia)
-            for j in range(i + 1, n):
-                lanes[layout.inertia_row(i, j)] = self.length[i] * moment[j]
-        lanes[layout.rows("gravity")] = self.gravity * moment * (1.0 - self.weightless[:, None])
+        self._write_masses(lanes, layout, tip)
         lanes[layout.row("tilt")] = self.tilt + tilt
         lanes[layout.row("weight")] = self.gravity
         lanes[layout.row("source")] = self.source
@@ -337,7 +337,7 @@ class LegLanes:
                 lanes[layout.rows(block)] = seen
         for block, values in (
             ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
-            ("length", self.length), ("carried_mass", carried), ("first_moment", moment),
+            ("length", self.length),
         ):  # fmt: skip
             lanes[layout.rows(block)] = values
         for j, curve in enumerate(self.curves):
@@ -353,6 +353,24 @@ class LegLanes:
             for p, values in enumerate(given):
                 lanes[layout.parameter_rows(name, p)] = values
         return lanes
+
+    def _write_masses(self, lanes: Array, layout: Layout, tip: Tip) -> None:
+        """Write the coefficients of inertia and gravity, see ``write``."""
+        tipped, at = tip.on_links(self.length, self.own[-1])
+        carried = np.cumsum((self.mass + tip.mass * tipped)[::-1], axis=0)[::-1]
+        outboard = np.concatenate([carried[1:], np.zeros((1, self.n_lane))])  # acts at the link's end
+        moment = self.mass * self.com + outboard * self.length + tip.mass * tipped * at
+        across, about_joint = self.mass * self.com_across, self.about_joint
+        for i in range(self.n):
+            own = about_joint[i] + outboard[i] * self.length[i] ** 2
+            lanes[layout.inertia_row(i, i)] = own + tipped[i] * (tip.mass * at**2 + tip.inertia)
+            for j in range(i + 1, self.n):
+                lanes[layout.inertia_row(i, j)] = self.length[i] * moment[j]
+                lanes[layout.across_row(i, j)] = self.length[i] * across[j]
+        weight = self.gravity * (1.0 - self.weightless[:, None])
+        lanes[layout.rows("gravity")], lanes[layout.rows("gravity_across")] = weight * moment, weight * across
+        for block, values in (("carried_mass", carried), ("first_moment", moment), ("moment_across", across)):
+            lanes[layout.rows(block)] = values
 
 
 def _servos(leg: Leg, n_lane: int) -> Array:
@@ -376,24 +394,6 @@ def _stated_limit(drive: Servo | TorqueDrive | None) -> float:
 def _own_emf(drive: Servo | TorqueDrive | None) -> bool:
     """Whether a motor's back-EMF constant is stated by itself."""
     return drive is not None and drive.motor is not None and drive.motor.back_emf_constant is not None
-
-
-def has_direction(effect: Effect) -> bool:
-    """Whether a parameter refers to the measured angle and must be converted to the sense of q."""
-    return hasattr(effect.loaded, "to_rotation")
-
-
-def in_rotation(effect: Effect, sign: int, zero: float, given: Mapping[str, float]) -> list[float]:
-    """Parameters of a torque effect in order, with defaults, converted to the sense of q if direction matters."""
-    values = [given.get(p.name, effect.defaults[p.name]) for p in effect.parameters]
-    return turned_to_rotation(effect, sign, zero, values) if has_direction(effect) else values
-
-
-def turned_to_rotation(effect: Effect, sign: int, zero: float, values: list[float]) -> list[float]:
-    """All parameters, in order, of an effect with directions in measured angle, converted to the sense of q."""
-    turn = effect.function("to_rotation")
-    taken = turn.__code__.co_argcount - 2
-    return [*turn(sign, zero, *values[:taken]), *values[taken:]]
 
 
 assert LANES >= MOST_LINKS

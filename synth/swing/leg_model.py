@@ -26,6 +26,8 @@ AT_STOP = 1e-6  # rad, from the end of a range: what a table's digits leave
 class Link:
     """A rigid link. ``com`` is measured from the proximal joint along the link; ``inertia`` is about the com.
 
+    ``com_across`` : distance of the com from the link's line, positive on the side to which q grows: that to the right
+    of a link that hangs down.
     ``includes`` : whether mass, com and inertia already include the parts of the link's joints; used by designs only.
     """
 
@@ -34,6 +36,12 @@ class Link:
     com: float  # m
     inertia: float  # kg m^2
     includes: Literal["none", "joint"] = "joint"
+    com_across: float = 0.0  # m
+
+    @property
+    def about_joint(self) -> float:
+        """Inertia about the proximal joint, kg m^2."""
+        return self.inertia + self.mass * (self.com**2 + self.com_across**2)
 
 
 @dataclass(frozen=True)
@@ -111,16 +119,13 @@ def turning_inertia(
     whole: Array | float,
     damping: Array | float,
     lag: Array | float,
-    mass: Array | float,
-    com: Array | float,
-    inertia: Array | float,
+    about_joint: Array | float,
 ) -> Array:
     """Kg m^2 that turn with a joint: the ``whole`` rotor and armature less a winding's lag, see ``servo.lightened``.
 
-    The lag may take more than an unstated rotor has: then the link's own inertia, of ``mass``, ``com`` and
-    ``inertia``, is the less.
+    The lag may take more than an unstated rotor has: then the link's own inertia ``about_joint`` is the less.
     """
-    return np.maximum(lightened(whole, damping, lag), -MOST_LAGGED * (inertia + mass * com**2))
+    return np.maximum(lightened(whole, damping, lag), -MOST_LAGGED * about_joint)
 
 
 @dataclass(frozen=True)
@@ -153,9 +158,9 @@ class Joint:
         Less than 0 where the lag takes more than these have. A motor whose current is known has no lag: its torque is
         that of the current.
         """
-        drive, link = self.drive, self.link
+        drive = self.drive
         damping = drive.motor.short_circuit_damping if isinstance(drive, Servo) and drive.motor is not None else 0.0
-        return float(turning_inertia(self.with_whole_rotor, damping, self.lag, link.mass, link.com, link.inertia))
+        return float(turning_inertia(self.with_whole_rotor, damping, self.lag, self.link.about_joint))
 
     @property
     def with_whole_rotor(self) -> float:

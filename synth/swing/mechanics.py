@@ -3,9 +3,10 @@
 It is written for clarity and used where speed does not matter: setup of the compiled chain, weak form,
 equilibria, and as the reference with which tests compare the compiled chain. With absolute rotations
 ``phi_i = tilt + q_1 + ... + q_i`` measured from straight down, the kinetic energy is
-``1/2 sum_ij A_ij cos(phi_i - phi_j) dphi_i dphi_j`` and the potential energy ``-sum_i G_i cos(phi_i)``
-(Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2; for a serial chain of point-hinged links the
-coefficients are those of any n-pendulum text).
+``1/2 sum_ij (A_ij cos(phi_i - phi_j) + B_ij sin(phi_i - phi_j)) dphi_i dphi_j`` and the potential energy
+``sum_i (H_i sin(phi_i) - G_i cos(phi_i))``; B and H are due to centres of mass beside the lines of their links
+(Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2; for a serial chain of point-hinged links A and G are
+those of any n-pendulum text, and B and H follow with the direction of a link's first moment turned from its line).
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ LEVEL = 1e-9  # of the largest stiffness, below which a curvature is rounding
 class Coefficients:
     """Inertia ``inertia[i, j]`` (n, n) kg m^2, symmetric, and gravity moments ``gravity`` (n,) N m.
 
+    ``inertia_across`` (n, n) kg m^2, antisymmetric, and ``gravity_across`` (n,) N m : the same of centres of mass
+    beside the lines of their links; B and H above.
     ``armature`` (n,) kg m^2 turns with the joints: a rotor behind a gear stores ``1/2 armature dq^2``, so the armature
     is added to the diagonal of the mass matrix in joint coordinates (Featherstone 2008, section 9.6).
     """
@@ -36,6 +39,21 @@ class Coefficients:
     inertia: Array
     gravity: Array
     armature: Array
+    inertia_across: Array
+    gravity_across: Array
+
+    @property
+    def weight(self) -> Array:
+        """(n,) N m, the largest moment of gravity on each link about its joint."""
+        return np.hypot(self.gravity, self.gravity_across)
+
+    def weight_moments(self, phi: Array) -> Array:
+        """(..., n) N m, the slope of the potential energy by the absolute rotations ``phi`` (..., n) rad."""
+        return np.asarray(self.gravity * np.sin(phi) + self.gravity_across * np.cos(phi))
+
+    def weight_stiffness(self, phi: Array) -> Array:
+        """(..., n) N m/rad, its curvature."""
+        return np.asarray(self.gravity * np.cos(phi) - self.gravity_across * np.sin(phi))
 
 
 def coefficients(leg: Leg, tip_mass: float | Tip = 0.0) -> Coefficients:
@@ -45,17 +63,20 @@ def coefficients(leg: Leg, tip_mass: float | Tip = 0.0) -> Coefficients:
     length = np.array([joint.link.length for joint in leg.joints])
     mass = np.array([joint.link.mass for joint in leg.joints])
     com = np.array([joint.link.com for joint in leg.joints])
-    own = np.array([joint.link.inertia for joint in leg.joints])
+    across = mass * np.array([joint.link.com_across for joint in leg.joints])
+    own = np.array([joint.link.about_joint for joint in leg.joints])
     outboard = np.concatenate([np.cumsum(mass[::-1])[::-1][1:], [0.0]]) + tip.mass
     reach = np.append(length[:-1], tip.place(length[-1]))  # distance from the joint at which the outboard mass acts
     own[-1] += tip.inertia
     first_moment = mass * com + outboard * reach
-    inertia = np.zeros((n, n))
+    inertia, beside = np.zeros((n, n)), np.zeros((n, n))
     for i in range(n):
-        inertia[i, i] = own[i] + mass[i] * com[i] ** 2 + outboard[i] * reach[i] ** 2
+        inertia[i, i] = own[i] + outboard[i] * reach[i] ** 2
         for j in range(i + 1, n):
             inertia[i, j] = inertia[j, i] = length[i] * first_moment[j]
-    return Coefficients(inertia, leg.gravity * first_moment, leg.armature)
+            beside[i, j] = length[i] * across[j]
+            beside[j, i] = -beside[i, j]
+    return Coefficients(inertia, leg.gravity * first_moment, leg.armature, beside, leg.gravity * across)
 
 
 def absolute(rotation: Array, tilt: float) -> Array:
@@ -78,12 +99,17 @@ def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, 
     """
     # From the sines and cosines of n angles, not of n^2 differences. With C_i = sum_j A_ij cos(phi_j) w_j and S_i
     # likewise of the sines, sum_j A_ij cos(phi_i - phi_j) w_j is cos(phi_i) C_i + sin(phi_i) S_i, and with the sine of
-    # the difference sin(phi_i) C_i - cos(phi_i) S_i.
+    # the difference sin(phi_i) C_i - cos(phi_i) S_i. B's terms are those with sine and minus cosine in their place.
     phi, omega = absolute(rotation, tilt), np.cumsum(rate, axis=-1)
     sine, cosine = np.sin(phi), np.cos(phi)
     along, across = (cosine * omega) @ coefficient.inertia, (sine * omega) @ coefficient.inertia
     momentum = cosine * along + sine * across
-    force = omega * (cosine * across - sine * along) - coefficient.gravity * sine
+    turning = cosine * across - sine * along
+    if coefficient.inertia_across.any():
+        along, across = ((part * omega) @ coefficient.inertia_across.T for part in (cosine, sine))
+        momentum += sine * along - cosine * across
+        turning += cosine * along + sine * across
+    force = omega * turning - coefficient.weight_moments(phi)
     outboard = (np.cumsum(values[:, ::-1], axis=1)[:, ::-1] for values in (momentum, force))
     return next(outboard) + coefficient.armature * rate, next(outboard)
 
@@ -93,8 +119,9 @@ def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Arra
     phi = absolute(rotation, tilt)
     n = len(phi)
     lower = np.tril(np.ones((n, n)))
-    moving = lower.T @ (coefficient.inertia * np.cos(phi[:, None] - phi[None, :])) @ lower
-    return np.asarray(moving + np.diag(coefficient.armature))
+    between = phi[:, None] - phi[None, :]
+    absolute_matrix = coefficient.inertia * np.cos(between) + coefficient.inertia_across * np.sin(between)
+    return np.asarray(lower.T @ absolute_matrix @ lower + np.diag(coefficient.armature))
 
 
 def outboard_inertia(leg: Leg, tip_mass: float | Tip = 0.0) -> Array:
@@ -106,7 +133,7 @@ def outboard_inertia(leg: Leg, tip_mass: float | Tip = 0.0) -> Array:
 
 def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
     """(..., n) N m, joint torques that hold the pose ``rotation`` (..., n) rad against gravity."""
-    moment = coefficient.gravity * np.sin(absolute(rotation, tilt))
+    moment = coefficient.weight_moments(absolute(rotation, tilt))
     return np.asarray(np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1])
 
 
@@ -154,7 +181,7 @@ class _Balance:
     @property
     def size(self) -> float:
         """N m/rad, of the largest stiffness."""
-        return max(1e-12, float(np.abs(self.coefficient.gravity).max() + self.rate.max()))
+        return max(1e-12, float(self.coefficient.weight.max() + self.rate.max()))
 
     @property
     def nothing(self) -> float:
@@ -163,7 +190,8 @@ class _Balance:
 
     def energy(self, rotation: Array) -> float:
         """J, of gravity and springs."""
-        height = -self.coefficient.gravity @ np.cos(absolute(rotation, self.tilt))
+        phi = absolute(rotation, self.tilt)
+        height = self.coefficient.gravity_across @ np.sin(phi) - self.coefficient.gravity @ np.cos(phi)
         return float(height + 0.5 * self.rate @ (rotation - self.rest) ** 2)
 
     def torque(self, rotation: Array) -> Array:
@@ -175,7 +203,7 @@ class _Balance:
     def stiffness(self, rotation: Array) -> Array:
         """(n, n) N m/rad, the curvature of the energy."""
         lower = np.tril(np.ones((len(rotation), len(rotation))))
-        weight = np.diag(self.coefficient.gravity * np.cos(absolute(rotation, self.tilt)))
+        weight = np.diag(self.coefficient.weight_stiffness(absolute(rotation, self.tilt)))
         found = np.diag(self.rate) + lower.T @ weight @ lower
         for j in self.held:
             found[j, :] = found[:, j] = 0.0

@@ -49,13 +49,8 @@ class RigidBody:
         return RigidBody(part * self.mass, self.centre, (xx, yy, zz, xy, xz, yz))
 
     def link(self, length: float) -> Link:
-        """The planar link that is dynamically equivalent to this body, except for the lateral offset of its centre.
-
-        The centre of a planar link lies on the line between its joints. The inertia about the joint is that of the
-        body. The gravity torque of the offset is neglected; ``offset_torque`` gives its size.
-        """
-        across, along = self.centre[0], -self.centre[1]
-        return Link(length, self.mass, along, self.inertia[2] + self.mass * across**2)
+        """The planar link that moves as this body does."""
+        return Link(length, self.mass, -self.centre[1], self.inertia[2], com_across=self.centre[0])
 
 
 def combined_body(bodies: Iterable[RigidBody]) -> RigidBody:
@@ -80,7 +75,7 @@ def combined_body(bodies: Iterable[RigidBody]) -> RigidBody:
 def link_body(link: Link) -> RigidBody:
     """A planar link as a body; its inertia about the other axes, which a link does not state, is that of a thin rod."""
     across, about, along = rod_inertias(link)
-    return RigidBody(link.mass, (0.0, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))
+    return RigidBody(link.mass, (link.com_across, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))
 
 
 def rod_inertias(link: Link) -> Vector:

@@ -80,6 +80,8 @@ class Tolerances:
                 values += shift[q]
             else:
                 values *= np.exp(shift[q])
+            if name == "com":  # its whole distance from the joint
+                legs.com_across *= np.exp(shift[q])
 
     def leg(self, leg: Leg, x: Array) -> Leg:
         """The nominal leg with these errors."""
@@ -93,6 +95,7 @@ class Tolerances:
                 length=joint.link.length * factor[0, j],
                 mass=joint.link.mass * factor[1, j],
                 com=joint.link.com * factor[2, j],
+                com_across=joint.link.com_across * factor[2, j],
                 inertia=joint.link.inertia * factor[3, j],
             )
             spring, damper = joint.spring, joint.damper

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,17 +30,21 @@ def a_leg(generator: np.random.Generator, n: int) -> PlantedLeg:
 
 
 def as_peer(leg: PlantedLeg) -> PeerLeg:
+    beside = np.zeros(leg.n) if leg.com_across is None else leg.com_across
     joints = [
-        Joint(name, Link(*v[:4]), 0.0, 1, spring=Spring(v[4], v[6]), damper=Damper(v[5]))
-        for name, v in zip(leg.names, leg.values.T.tolist(), strict=True)
+        Joint(name, Link(*v[:4], com_across=x), 0.0, 1, spring=Spring(v[4], v[6]), damper=Damper(v[5]))
+        for name, v, x in zip(leg.names, leg.values.T.tolist(), beside.tolist(), strict=True)
     ]
     return PeerLeg("leg", tuple(joints), gravity=leg.gravity, tilt=leg.tilt)
 
 
+@pytest.mark.parametrize("beside", [0.0, 0.03])
 @pytest.mark.parametrize(("n", "locked"), [(1, ()), (2, ()), (3, ()), (3, (0,)), (3, (1,)), (3, (1, 2))])
-def test_a_leg_moves_as_in_mujoco(n: int, locked: tuple[int, ...]) -> None:
+def test_a_leg_moves_as_in_mujoco(n: int, locked: tuple[int, ...], beside: float) -> None:
     generator = np.random.default_rng(n)
     leg = a_leg(generator, n)
+    if beside:
+        leg = replace(leg, com_across=beside * np.array([1.0, -0.7, 0.4])[:n])
     pose, speed = generator.uniform(-1, 1, n), generator.uniform(-2, 2, n)
     speed[list(locked)] = 0.0
     trial = PlantedTrial(pose, 1.0, tip_mass=0.07, locked=locked, tilt=0.3)

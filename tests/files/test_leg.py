@@ -231,8 +231,9 @@ joints:
     spring: {rate: 2 N*m/rad, free_angle: 0 deg}
 """
 dampers = st.none() | st.builds(Damper, rate=sizes) | st.builds(Damper, curve=curves, part=st.just("6597K21"))
-links = st.tuples(st.floats(0.1, 2.0), sizes, st.floats(-0.4, 0.4), st.floats(0.01, 4.0)).map(
-    lambda drawn: Link(*drawn[:3], drawn[1] * (drawn[0] * drawn[3]) ** 2)  # the last: of gyration, in lengths
+links = st.tuples(st.floats(0.1, 2.0), sizes, st.floats(-0.4, 0.4), st.floats(0.01, 4.0), st.floats(-0.4, 0.4)).map(
+    # the fourth: of gyration, in lengths
+    lambda drawn: Link(*drawn[:3], drawn[1] * (drawn[0] * drawn[3]) ** 2, com_across=drawn[4])
 )
 effects = st.sampled_from(
     [

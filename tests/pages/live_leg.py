@@ -18,8 +18,15 @@ from synth.parts.damper_law import power_law_curve
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
-from three_links import LEG, TIME
+from three_links import LEG as ON_LINES
+from three_links import TIME
 
+LEG = ON_LINES.with_joints(  # centres of mass beside the lines of links, which moves the leg by degrees
+    **{
+        joint.name: {"link": replace(joint.link, com_across=share * joint.link.length)}
+        for joint, share in zip(ON_LINES.joints, (0.1, -0.08, 0.12), strict=True)
+    }
+)
 CURVED = LEG.with_joints(
     hip={"damper": Damper(curve=power_law_curve(2.0, 5.0, 0.5))},
     knee={"damper": Damper(curve=power_law_curve(0.2, 5.0, 0.5))},

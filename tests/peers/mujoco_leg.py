@@ -32,8 +32,10 @@ def with_tip_mass(link: Link, mass: float) -> Link:
     """The link with a point mass at its end: masses added, inertia about the new centre (parallel axes)."""
     total = link.mass + mass
     com = (link.mass * link.com + mass * link.length) / total
-    inertia = link.inertia + link.mass * (link.com - com) ** 2 + mass * (link.length - com) ** 2
-    return replace(link, mass=total, com=com, inertia=inertia)
+    across = link.mass * link.com_across / total
+    inertia = link.inertia + link.mass * ((link.com - com) ** 2 + (link.com_across - across) ** 2)
+    inertia += mass * ((link.length - com) ** 2 + across**2)
+    return replace(link, mass=total, com=com, com_across=across, inertia=inertia)
 
 
 def mjcf(
@@ -65,7 +67,7 @@ def _body(leg: Leg, i: int, link: Link, locked_at: float | None, tilt: float, ch
     return (
         f'<body name="link{i}" pos="0 0 {height!r}" '
         f'quat="{math.cos(turned / 2)!r} 0 {-math.sin(turned / 2)!r} 0">{hinge}'
-        f'<inertial pos="0 0 {-link.com!r}" mass="{link.mass!r}" '
+        f'<inertial pos="{link.com_across!r} 0 {-link.com!r}" mass="{link.mass!r}" '
         f'diaginertia="{link.inertia!r} {link.inertia!r} {link.inertia!r}"/>{child}</body>'
     )
 
@@ -212,12 +214,17 @@ def mechanical_energy(leg: Leg, rotation: Array, rate: Array, tilt: float = 0.0)
     energy = np.zeros(len(rotation))
     for i, joint in enumerate(leg.joints):
         along = np.stack([np.sin(absolute[:, i]), -np.cos(absolute[:, i])], axis=1)
-        across = np.stack([np.cos(absolute[:, i]), np.sin(absolute[:, i])], axis=1) * spin[:, i : i + 1]
-        centre, velocity = hinge + joint.link.com * along, hinge_rate + joint.link.com * across
+        across = np.stack([np.cos(absolute[:, i]), np.sin(absolute[:, i])], axis=1)
+        centre = hinge + joint.link.com * along + joint.link.com_across * across
+        turned = joint.link.com * across - joint.link.com_across * along
+        velocity = hinge_rate + turned * spin[:, i : i + 1]
         energy += 0.5 * joint.link.mass * (velocity**2).sum(axis=1) + 0.5 * joint.link.inertia * spin[:, i] ** 2
         energy += joint.link.mass * leg.gravity * centre[:, 1]
         if joint.spring is not None:
             rest = joint.sign * (joint.spring.free_angle - joint.zero)
             energy += 0.5 * joint.spring.rate * (rotation[:, i] - rest) ** 2
-        hinge, hinge_rate = hinge + joint.link.length * along, hinge_rate + joint.link.length * across
+        hinge, hinge_rate = (
+            hinge + joint.link.length * along,
+            hinge_rate + joint.link.length * across * spin[:, i : i + 1],
+        )
     return energy

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,26 @@ def test_random_smooth_chain_moves_as_in_mujoco(number: int, n: int, locked: tup
     assert np.ptp(theirs, axis=0).max() > 0.1
     assert np.abs(ours - theirs).max() < 1e-6
     np.testing.assert_array_equal(ours[:, list(locked)], np.tile(rotation[list(locked)], (len(TIMES), 1)))
+
+
+@pytest.mark.parametrize(("n", "locked"), [(1, ()), (2, ()), (3, ()), (6, ()), (4, (1,))])
+def test_chain_with_centres_of_mass_beside_its_lines_moves_as_in_mujoco(n: int, locked: tuple[int, ...]) -> None:
+    generator = np.random.default_rng(100 + n)
+    leg = beside_lines(generator, random_leg(generator, n))
+    rotation = generator.uniform(-1.0, 1.0, n)
+    rate = np.where(np.isin(np.arange(n), locked), 0.0, generator.uniform(-2.0, 2.0, n))
+    tip, tilt = float(generator.uniform(0, 0.2)), float(generator.uniform(-0.3, 0.3))
+    ours = simulate(leg, rotation, rate, TIMES, Conditions(locked, tip, tilt), tolerance=TIGHT)
+    assert np.abs(ours - peer(leg, rotation, rate, TIMES, locked, tip, tilt, step=5e-5)).max() < 1e-6
+    on_lines = replace(leg, joints=tuple(replace(j, link=replace(j.link, com_across=0.0)) for j in leg.joints))
+    straight = simulate(on_lines, rotation, rate, TIMES, Conditions(locked, tip, tilt), tolerance=TIGHT)
+    assert np.abs(ours - straight).max() > 0.01
+
+
+def beside_lines(generator: np.random.Generator, leg: Leg) -> Leg:
+    """The leg with each centre of mass up to a fifth of its link's length beside the line."""
+    links = [replace(j.link, com_across=j.link.length * generator.uniform(-0.2, 0.2)) for j in leg.joints]
+    return replace(leg, joints=tuple(replace(j, link=link) for j, link in zip(leg.joints, links, strict=True)))
 
 
 def test_damper_curve_moves_as_in_mujoco() -> None:

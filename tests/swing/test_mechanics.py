@@ -75,13 +75,17 @@ def test_without_springs_and_gravity_every_pose_is_an_equilibrium() -> None:
 
 
 @settings(max_examples=40, deadline=None)
-@given(angles, angles, st.floats(0, 0.5))
-def test_energy_momentum_and_force_agree_with_sums_over_links(q: list[float], w: list[float], tip: float) -> None:
+@given(angles, angles, st.floats(0, 0.5), st.sampled_from([0.0, 0.05]))
+def test_energy_momentum_and_force_agree_with_sums_over_links(
+    q: list[float], w: list[float], tip: float, beside: float
+) -> None:
     """S = dL/dw and R = dL/dq outboard of each joint, by differences of kinetic and potential energy link by link."""
+    own = [replace(link, com_across=beside * sign) for link, sign in zip(LINKS, (1.0, -0.7, 0.4), strict=True)]
     leg = replace(robot(), tilt=0.3)
+    leg = replace(leg, joints=tuple(replace(j, link=link) for j, link in zip(leg.joints, own, strict=True)))
     rotation, rate = np.array(q), np.array(w)
     plain = leg.with_joints(**{name: {"spring": None} for name in leg.joint_names})
-    links = [*LINKS[:2], with_tip_mass(LINKS[2], tip)]
+    links = [*own[:2], with_tip_mass(own[2], tip)]
     heavy = replace(plain, joints=tuple(replace(j, link=link) for j, link in zip(plain.joints, links, strict=True)))
 
     def lagrangian(q: np.ndarray, w: np.ndarray) -> float:

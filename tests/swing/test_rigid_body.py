@@ -42,17 +42,18 @@ def test_random_points_together_have_the_inertia_of_their_sum() -> None:
     assert found.about_hinge == pytest.approx(float(masses @ (places[:, :2] ** 2).sum(axis=1)))
 
 
-def test_a_planar_link_keeps_mass_and_inertia_about_its_joint() -> None:
+def test_a_planar_link_keeps_mass_centre_and_inertia() -> None:
     body = RigidBody(0.5, (0.01, -0.12, 0.3), (1e-3, 2e-4, 1.5e-3, 1e-5, 2e-5, 3e-5))
     link = body.link(0.25)
     assert link.mass == body.mass
-    assert link.com == 0.12
-    assert link.inertia + link.mass * link.com**2 == pytest.approx(body.about_hinge)
+    assert (link.com, link.com_across) == (0.12, 0.01)
+    assert link.inertia == 1.5e-3
+    assert link.about_joint == pytest.approx(body.about_hinge)
     assert offset_torque(body, 9.81) == pytest.approx(0.5 * 9.81 * 0.01)
 
 
 def test_a_link_as_a_body_is_that_link_again() -> None:
-    link = Link(0.22, 0.2, 0.08, 1.1e-3)
+    link = Link(0.22, 0.2, 0.08, 1.1e-3, com_across=-0.01)
     assert link_body(link).link(0.22) == link
     across, about, along = rod_inertias(link)
     assert across + along >= about  # a body can have these

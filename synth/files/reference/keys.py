@@ -202,7 +202,8 @@ def example(section: KeySection, name: str, item: FieldInfo, quantity: Quantity 
 
 # Usual sizes of keys without a default, by the key's unit; else the example would be any quantity of that unit.
 QUANTITIES = {
-    ("com", "m"): "91 mm", ("at", "m"): "60 mm", ("most", "m"): "160 mm", ("min_outer_diameter", "m"): "12 mm",
+    ("com", "m"): "91 mm", ("com_across", "m"): "6 mm",
+    ("at", "m"): "60 mm", ("most", "m"): "160 mm", ("min_outer_diameter", "m"): "12 mm",
     ("max_outer_diameter", "m"): "30 mm", ("min_inner_diameter", "m"): "8 mm", ("min_body_length", "m"): "6 mm",
     ("max_body_length", "m"): "25 mm", ("min_wire_diameter", "m"): "0.8 mm", ("max_wire_diameter", "m"): "3 mm",
     ("tip_mass", "kg"): "50 g", ("payload", "kg"): "20 g", ("foot_mass", "kg"): "2 g", ("body_mass", "kg"): "180 g",

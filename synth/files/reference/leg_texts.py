@@ -33,6 +33,8 @@ KEYS: dict[str, str] = {
     "link.length": "Distance to the next joint; for the last link to its end.",
     "link.mass": "The link's mass.",
     "link.com": "Centre of mass: its distance from this joint along the link; negative on the other side of the joint.",
+    "link.com_across": "How far the centre of mass lies beside the line from this joint to the next (the last link's: "
+    "to its end), positive on the side to which the link turns counter-clockwise: the right of a link that hangs down.",
     "link.inertia": "Moment of inertia about the centre of mass, about an axis normal to the plane.",
     "link.includes": "Whether mass and inertia include the joint's own parts: `joint` yes, `none` no.",
     "spring.rate": "Torque per angle.",

@@ -21,7 +21,6 @@ from synth.files.robots.outer_forces import contact_messages, felt_share
 from synth.files.robots.robot_tree import Robot, RobotJoint
 from synth.swing.leg_model import AT_STOP, Damper, Joint, Leg, Link, Spring
 
-WORTH_SAYING = 0.01  # of a link's own length, offset from its line
 NOTHING = 1e-12  # kg or m, that counts as none
 
 
@@ -83,7 +82,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
                 of_last = (robot, groups[index], anchors[index], lumped.com, seen)
                 along, length = last_link(*of_last, size, tip, messages)
         direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
-        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), pull, messages))
+        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), messages))
         before = direction
     gravity = pull * felt_share(robot, groups, messages)
     messages += inertia_messages(robot, groups) + contact_messages(robot, groups)
@@ -196,25 +195,14 @@ def _joint(
     lumped: _Lumped,
     length: float,
     turned: tuple[float, float],
-    pull: float,
     messages: list[str],
 ) -> Joint:
-    """The joint with its link; ``turned`` : absolute rotation of this link and of the one above, rad.
-
-    ``pull`` : gravity in the plane, m/s^2.
-    """
+    """The joint with its link; ``turned`` : absolute rotation of this link and of the one above, rad."""
     direction, above = turned
     along = np.array([np.sin(direction), -np.cos(direction)])
     across = np.array([-along[1], along[0]])
     com, beside = float((lumped.com - anchor) @ along), float((lumped.com - anchor) @ across)
-    if abs(beside) > WORTH_SAYING * length:
-        messages.append(
-            f"the centre of mass below {joint.name} lies {abs(beside) * 1e3:.3g} mm beside the line to the next joint; "
-            f"a link's lies on it: its weight's torque is off by at most {lumped.mass * pull * abs(beside):.2g} N*m, "
-            "the inertia about the joint is kept"
-        )
-    # The inertia about the joint is kept: the offset's part is moved to the centre of mass.
-    link = Link(length, lumped.mass, com, lumped.inertia + lumped.mass * beside**2)
+    link = Link(length, lumped.mass, com, lumped.inertia, com_across=beside)
     sign = 1 if float(joint.axis @ seen.normal) > 0.0 else -1
     rotation = (direction - above + np.pi) % (2.0 * np.pi) - np.pi
     messages += [f"{joint.name}: {text}" for text in joint.left_out]

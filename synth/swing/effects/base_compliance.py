@@ -41,7 +41,7 @@ def extend(
     slides = bool(np.any(stiffness > 0.0))  # in the horizontal direction of the base
     if not slides or bool(np.any(rocking_stiffness > 0.0)):
         reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
-        leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
+        leg_inertia = (legs.inertia + legs.mass * (reach**2 + legs.com_across**2)).sum(axis=0)
         length = np.asarray(arm) + 0.0 * total
         own = np.maximum(inertia, LEAST_SHARE * leg_inertia)
         moving = own + leg_inertia + carried * length**2
@@ -70,7 +70,8 @@ def bounded(leg: Leg, joint: int, slowest: float, values: Array) -> Array:
     """
     stiffness, mass, rocking, arm, inertia, ratio = values
     length, com = np.array([(joint.link.length, joint.link.com) for joint in leg.joints]).T
-    own, about = np.array([(joint.link.mass, joint.link.inertia) for joint in leg.joints]).T
+    own = np.array([joint.link.mass for joint in leg.joints])
+    about = np.array([joint.link.inertia + joint.link.mass * joint.link.com_across**2 for joint in leg.joints])
     reach = np.cumsum(length) - length + com
     leg_inertia, carried = float((about + own * reach**2).sum()), float(own.sum())
     sliding = np.maximum(mass, LEAST_SHARE * carried) + carried

@@ -37,10 +37,10 @@ def extend(
     controlled_beyond: Array,
 ) -> LegLanes:
     """Part the joint's link from its rotor, and connect them by a hinge with the play."""
-    numbers = {name: getattr(legs, name)[joint].copy() for name in ("length", "mass", "com", "inertia")}
+    numbers = {name: getattr(legs, name)[joint].copy() for name in ("length", "mass", "com", "com_across", "inertia")}
     parts = slice(joint, min((link for link in legs.own if link > joint), default=legs.n))  # more than one if it bends
     reach = np.cumsum(legs.length[parts], axis=0) - legs.length[parts] + legs.com[parts]
-    about_joint = (legs.inertia[parts] + legs.mass[parts] * reach**2).sum(axis=0)
+    about_joint = (legs.inertia[parts] + legs.mass[parts] * (reach**2 + legs.com_across[parts] ** 2)).sum(axis=0)
     made = legs.with_link(joint + 1, **numbers)
     for name in numbers:
         getattr(made, name)[joint] = 0.0
@@ -62,7 +62,8 @@ def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
     carried = np.cumsum(legs.mass[::-1], axis=0)[::-1]
     moment = legs.mass * legs.com
     moment[:-1] += carried[1:] * legs.length[:-1]
-    weight = -legs.gravity * (moment * np.sin(angle) * (1.0 - legs.weightless[:, None]))[link:].sum(axis=0)
+    turning = moment * np.sin(angle) + legs.mass * legs.com_across * np.cos(angle)
+    weight = -legs.gravity * (turning * (1.0 - legs.weightless[:, None]))[link:].sum(axis=0)
     upper, _, stiffness, *_ = legs.torques[JOINT_STOP.name][:, link]
     return np.asarray(np.sign(weight) * upper + weight / stiffness)
 

@@ -25,7 +25,8 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_r
     Total mass, first moment and inertia remain those of the link. From these follow the masses of a uniform rod, a hub
     at the joint and a weight at the end, and the proximal part is the hub with its piece of the rod. It also has a
     moment of inertia where less than the share ``HUB`` would remain at the joint. It is less where a link's mass is so
-    concentrated that the distal part would have no inertia left.
+    concentrated that the distal part would have no inertia left. The centres of mass of both parts lie as far beside
+    the link's line as its own, so that what follows holds along the line alone.
     """
     length, mass, com, inertia = (getattr(legs, name)[joint] for name in ("length", "mass", "com", "inertia"))
     about_joint = inertia + mass * com**2
@@ -47,12 +48,14 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array, damping_r
     remains = near_inertia + near_mass * near_com**2 + far_mass * (share * length) ** 2
     added = np.clip(HUB * about_joint - remains, 0.0, np.maximum(far_inertia - least, 0.0))
     near_inertia, far_inertia = near_inertia + added, far_inertia - added
-    moving = far_inertia + far_mass * (far_com - share * length) ** 2
+    across = legs.com_across[joint]
+    moving = far_inertia + far_mass * ((far_com - share * length) ** 2 + across**2)
     made = legs.with_link(
         joint + 1,
         length=(1.0 - share) * length,
         mass=far_mass,
         com=far_com - share * length,
+        com_across=across,
         inertia=far_inertia,
         spring_rate=stiffness,
         damper_rate=2.0 * damping_ratio * np.sqrt(stiffness * moving),

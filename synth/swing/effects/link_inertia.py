@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 def change(legs: LegLanes, joint: int, sign: int, com: Array, inertia: Array) -> None:
     """Move the centre of mass by a share of its distance, and scale the inertia about it; both (n_lane,)."""
     legs.com[joint] *= 1.0 + com
+    legs.com_across[joint] *= 1.0 + com
     legs.inertia[joint] *= 1.0 + inertia
 
 
@@ -24,7 +25,7 @@ EFFECT = Effect(
     formula="com (1 + com share), inertia about it (1 + inertia share)",
     source="definition",
     way="leg",
-    changes="`com` and `inertia` of `link:`",
+    changes="`com`, `com_across` and `inertia` of `link:`",
     shows_locked=True,
     parameters=(
         Parameter(

@@ -6,6 +6,7 @@ Errors measured: see ``synth.swing.effects.inlined``.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -256,16 +257,18 @@ def newton_forces(made: Leg, rotation: Array, step: float) -> Array:
     momentum_rate = []
     for j, joint in enumerate(made.joints):
         along = np.stack([np.sin(absolute[:, j]), -np.cos(absolute[:, j])], axis=1)
-        centre = hinge + joint.link.com * along
+        across = np.stack([np.cos(absolute[:, j]), np.sin(absolute[:, j])], axis=1)
+        centre = hinge + joint.link.com * along + joint.link.com_across * across
         acceleration = (centre[2:] - 2 * centre[1:-1] + centre[:-2]) / step**2
         momentum_rate.append(joint.link.mass * (acceleration + np.array([0.0, made.gravity])))
         hinge = hinge + joint.link.length * along
     return np.linalg.norm(np.cumsum(momentum_rate[::-1], axis=0)[::-1], axis=2).T
 
 
-def test_the_bearing_force_satisfies_newtons_second_law() -> None:
-    made = robot()
-    made = Leg(made.name, made.joints, made.gravity, tilt=0.3)
+@pytest.mark.parametrize("beside", [0.0, 0.03])
+def test_the_bearing_force_satisfies_newtons_second_law(beside: float) -> None:
+    joints = [replace(joint, link=replace(joint.link, com_across=beside)) for joint in robot().joints]
+    made = replace(robot(), joints=tuple(joints), tilt=0.3)
     chain, step = compiled_chain(3), 1e-4
     states = simulate(made, [0.5, -1.8, 1.2], [0.0, 3.0, -4.0], np.arange(2001) * step, tolerance=1e-12, rates=True)
     expected = newton_forces(made, states[:, :3], step)

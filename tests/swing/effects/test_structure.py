@@ -242,16 +242,20 @@ def test_base_and_links_may_both_be_compliant_with_a_joint_locked(tmp_path: Path
 @pytest.mark.parametrize("place", [0.0, 0.4, 0.9])
 @pytest.mark.parametrize("spread", [1e-4, 0.01, 1.0 / 12.0, 0.3])
 @pytest.mark.parametrize("com", [0.05, 0.5, 1.0])
-def test_a_link_that_bends_keeps_mass_moment_and_inertia(place: float, spread: float, com: float) -> None:
+@pytest.mark.parametrize("beside", [0.0, 0.1])
+def test_a_link_that_bends_keeps_mass_moment_and_inertia(
+    place: float, spread: float, com: float, beside: float
+) -> None:
     """Also that of a pendulum's bob, whose inertia about its centre of mass is ``spread`` m l^2."""
     length, mass = 0.3, 0.5
-    link = Link(length, mass, com * length, spread * mass * length**2)
+    link = Link(length, mass, com * length, spread * mass * length**2, com_across=beside * length)
     one = LegLanes.of(Leg("one", (Joint("j", link),)))
     both = effect_named("link_flexibility").function()(one, 0, np.array([10.0]), np.array([place]), np.array([0.1]))
     lengths, masses, centres, about = (getattr(both, n)[:, 0] for n in ("length", "mass", "com", "inertia"))
     away = np.array([centres[0], lengths[0] + centres[1]])
-    sums = masses.sum(), (masses * away).sum(), (about + masses * away**2).sum()
-    assert sums == pytest.approx((mass, mass * link.com, link.inertia + mass * link.com**2), rel=1e-12)
+    across = both.com_across[:, 0]
+    sums = masses.sum(), (masses * away).sum(), (masses * across).sum(), (about + masses * (away**2 + across**2)).sum()
+    assert sums == pytest.approx((mass, mass * link.com, mass * link.com_across, link.about_joint), rel=1e-12)
     assert lengths.sum() == pytest.approx(length)
     assert bool((about >= 0.0).all())
     assert about[1] > 0.0

@@ -19,9 +19,9 @@ from synth.drives.servo import Servo, TorqueDrive, fed_together
 from synth.estimation.parameters import Parameter, Shape
 from synth.pace import paces
 from synth.swing.damper_curves import torque_at
+from synth.swing.effect_directions import has_direction, turned_to_rotation
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.effects.definition import Need
-from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
 from synth.swing.stated_effects import Place
@@ -156,7 +156,7 @@ def _parallel_resistance(leg: Leg) -> float:
 
 def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
     """(n,) True for a free joint without spring or gravity, which has no reference for its deflection."""
-    hanging = coefficients(leg).gravity
+    hanging = coefficients(leg).weight
     return np.array(
         [j in free and rate <= 0.0 and not hanging[j:].any() for j, rate in enumerate(leg.spring_rate.tolist())]
     )

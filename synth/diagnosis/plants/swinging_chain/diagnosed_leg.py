@@ -75,6 +75,7 @@ def _with_changed_numbers(leg: Leg, candidate: Candidate, x: Array) -> Leg:
             length=float(legs.length[j, 0]),
             mass=float(legs.mass[j, 0]),
             com=float(legs.com[j, 0]),
+            com_across=float(legs.com_across[j, 0]),
             inertia=float(legs.inertia[j, 0]),
         )
         spring = joint.spring

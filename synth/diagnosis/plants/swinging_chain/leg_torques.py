@@ -13,12 +13,13 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
 from synth.swing.chain import Conditions
 from synth.swing.damper_curves import torque_at
+from synth.swing.effect_directions import in_rotation
 from synth.swing.effects import Effect, effect_named
 from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
 from synth.swing.integral_starts import held_integrals
 from synth.swing.known_torque import average_torques, delay_torques
 from synth.swing.lane_layout import SERVO
-from synth.swing.leg_lanes import LegLanes, in_rotation
+from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg
 from synth.swing.mechanics import absolute
 
@@ -140,12 +141,14 @@ def bearing_forces(leg: Leg, smoothed: Smoothed, conditions: Conditions) -> Arra
     even, _, _ = savitzky_golay(omega, points, 3, step)
     turning = savitzky_golay(even, points, 3, step)[1]
     sine, cosine = np.sin(phi), np.cos(phi)
-    # Of a point at distance 1 on each link, against the hinge: horizontal and upward acceleration.
+    # Of a point at distance 1 on each link, and of one beside it, against the hinge: horizontal, upward acceleration.
     there = np.stack([turning * cosine - omega**2 * sine, turning * sine + omega**2 * cosine])
+    beside = np.stack([-there[1], there[0]])
     force, hinge = np.zeros((2, *phi.shape)), np.zeros((2, len(phi)))
     up = np.array([0.0, leg.gravity])[:, None]
     for j, joint in enumerate(leg.joints):
-        own = joint.link.mass * (hinge + joint.link.com * there[:, :, j] + up)
+        centre = joint.link.com * there[:, :, j] + joint.link.com_across * beside[:, :, j]
+        own = joint.link.mass * (hinge + centre + up)
         if j == len(leg.joints) - 1:
             reach = float(conditions.tip.place(joint.link.length))
             own += conditions.tip.mass * (hinge + reach * there[:, :, j] + up)

@@ -49,6 +49,7 @@ KINDS: Mapping[str, _Kind] = {
     "damper.curve.torque": _Kind("damper's torques", "N*m"),
     "link.mass": _Kind("link mass", "kg"),
     "link.com": _Kind("distance of the centre of mass", "mm"),
+    "link.com_across": _Kind("distance of the centre of mass from the link's line", "mm"),
     "link.length": _Kind("link length", "mm"),
     "link.inertia": _Kind("link inertia", "kg*m^2"),
     "armature": _Kind("armature", "kg*m^2"),
@@ -71,7 +72,7 @@ WRITTEN_TOGETHER = (
     ("drive.gain", "drive.damping_gain", "drive.integral_gain"),
     ("spring.rate", "damper.rate"),
     ("link.mass", "link.inertia"),
-    ("link.length", "link.com"),
+    ("link.length", "link.com", "link.com_across"),
 )
 
 
@@ -169,7 +170,7 @@ def scalable_numbers(leg: Leg, trials: Sequence[AngleTrial]) -> list[ScalableNum
     found: list[ScalableNumbers] = []
     for paths in sets:
         have = [j for j, joint in enumerate(leg.joints) if all(_value(joint, path) for path in _needed(paths))]
-        if paths in (("link.length",), ("link.length", "link.com")):
+        if paths in (("link.length",), ("link.length", "link.com", "link.com_across")):
             have = have[:-1]  # the last link's length moves nothing
         found += [ScalableNumbers((j,), paths) for j in have]
         found += [ScalableNumbers(tuple(have), paths)] if len(have) > 1 else []
