@@ -20,17 +20,21 @@ ROUNDING = 1e-9  # relative: figures that are the drawn parts' own differ from t
 
 @dataclass(frozen=True)
 class LinkRemainder:
-    """The rest of a link: ``mass`` kg > 0, ``centre`` m along the link, ``about_hinge`` kg m^2, as its figures ask."""
+    """The rest of a link: ``mass`` kg > 0, ``centre`` m along the link, ``about_hinge`` kg m^2, as its figures ask.
+
+    ``across`` : of its centre, m; 0 of a link that states none.
+    """
 
     mass: float
     centre: float
     about_hinge: float
     reach: float  # m from the hinge, beyond which no part of a link lies
+    across: float = 0.0
 
     @property
     def least(self) -> float:
         """Least inertia about the hinge of this mass at this centre, kg m^2."""
-        return self.mass * self.centre**2
+        return self.mass * (self.centre**2 + self.across**2)
 
     @property
     def most(self) -> float:
@@ -60,14 +64,15 @@ class LinkRemainder:
 def remainder_of(link: Link, drawn: RigidBody) -> LinkRemainder | None:
     """What the link's figures leave beside its drawn parts; None where these are as heavy or heavier.
 
-    A planar link states no offset of its centre across; the rest is taken on the link's line, which asks least of it.
+    Where the link states no offset of its centre across, the rest is taken on its line, which asks least of it.
     """
     whole = link_body(link)
     mass = whole.mass - drawn.mass
     if mass <= ROUNDING * whole.mass:
         return None
     centre = (whole.mass * link.com + drawn.mass * drawn.centre[1]) / mass
-    return LinkRemainder(mass, centre, whole.about_hinge - drawn.about_hinge, COM_LIMIT * link.length)
+    across = (whole.mass * link.com_across - drawn.mass * drawn.centre[0]) / mass if link.com_across else 0.0
+    return LinkRemainder(mass, centre, whole.about_hinge - drawn.about_hinge, COM_LIMIT * link.length, across)
 
 
 def possible_body(link: Link, drawn: RigidBody, parts: Sequence[RigidBody]) -> RigidBody:

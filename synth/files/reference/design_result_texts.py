@@ -118,7 +118,7 @@ DESIGN = {
     **{f"links.NAME.drawn.{key}": f"Of the drawn parts on the link. {text}" for key, text in _LINK.items()},
     **{f"links.NAME.built.{key}": f"Including the drawn parts on the link. {text}" for key, text in _LINK.items()},
     "links.NAME.includes": "Whether the stated values already include the joint's parts.",
-    "links.NAME.offset_torque": "Torque of gravity due to the centre of mass beside the link's line.",
+    "links.NAME.offset_torque": "Largest torque of gravity due to the centre of mass beside the link's line.",
     "links.NAME.parts[].part": "A part that moves with the link.",
     "links.NAME.parts[].mass": "Its mass.",
     "links.NAME.parts[].basis": "Source of the mass: weighed, drawn or from the catalogue.",
