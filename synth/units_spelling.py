@@ -22,7 +22,7 @@ _SUPERSCRIPTS = {"²": "^2", "³": "^3", "°": "deg", "%": "percent"}
 # Vendors' words for a unit; pint's own plurals of full names (metres, degrees) need no line.
 _WORDS = {
     "lbs": "lb", "ozs": "oz", "pound": "lb", "pounds": "lb", "ounce": "oz", "ounces": "oz", "inch": "in",
-    "inches": "in", "foot": "ft", "feet": "ft", "Deg": "deg", "RPM": "rpm", "radians": "rad",
+    "inches": "in", "foot": "ft", "feet": "ft", "Deg": "deg", "RPM": "rpm", "fps": "Hz", "FPS": "Hz", "radians": "rad",
     "inlb": "in*lbf", "inlbs": "in*lbf", "ftlb": "ft*lbf", "ftlbs": "ft*lbf", "ozin": "ozf*in", "inoz": "in*ozf",
 }  # fmt: skip
 # Servos' torques in kgcm and gcm, rotors' inertias in gcm² and kgm²: with a squared length the mass is a mass.

@@ -24,6 +24,7 @@ from synth.units_spelling import plain_unit
     [
         # NIST SP 811 (2008) appendix B.8 and exact definitions
         ("200 mm", "m", 0.2),
+        ("200 fps", "Hz", 200.0),
         ("1.25 in", "m", 0.03175),
         ("31 ozf*in", "N*m", 31 * 7.061552e-3),
         ("1 lbf", "N", 4.448222),
