@@ -83,6 +83,19 @@ def test_meshes_of_the_folder_are_read(name: str, tmp_path: Path) -> None:
     assert length(urdf(tmp_path, f'<mesh filename="{name}" scale="1e-3 1e-3 1e-3"/>')) == pytest.approx(200.0)
 
 
+def test_a_mesh_beside_the_folder_of_a_package_s_robot_is_read(tmp_path: Path) -> None:
+    """As ROS lays a robot out: description/urdf/a.urdf and description/meshes; it was not found."""
+    package, name = tmp_path / "source" / "description", '<mesh filename="package://{}_description/meshes/m.stl"/>'
+    (package / "urdf").mkdir(parents=True)
+    (package / "meshes").mkdir()
+    mesh(package, "meshes/m.stl")
+    (package / "package.xml").write_text("<package><name> a1_description </name></package>")
+    scaled = name.replace("/>", ' scale="1e-3 1e-3 1e-3"/>')
+    assert length(urdf(package / "urdf", scaled.format("a1"))) == pytest.approx(200.0)
+    other = urdf(package / "urdf", scaled.format("b2"))  # another package's is not sought outside the folder
+    assert "does not exist" in " ".join(other.messages)
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
