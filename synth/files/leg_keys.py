@@ -20,13 +20,16 @@ MANY_TURNS = radians(36_000.0)  # but one that turns on, whose recordings count 
 COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, but not farther
 GYRATION_LIMIT = 5.0  # link lengths, of a link's radius of gyration about its centre of mass: a rod has 0.29
 
+# Of a link: beyond any crane's boom. A slip of a power of ten there overflowed in the sums of inertias.
+LONGEST, HEAVIEST = 1e3, 1e6  # m, kg
+
 _TAKEN = ("time", "base", "all", drive_columns.SUPPLY)
 ENDINGS = (" velocity", " torque", *drive_columns.SUFFIXES)  # of columns with other quantities of a joint
 
 
 class LinkKeys(FileModel):
-    length: Annotated[float, Quantity("m", above=0)]
-    mass: Annotated[float, Quantity("kg", above=0)]
+    length: Annotated[float, Quantity("m", above=0, most=LONGEST)]
+    mass: Annotated[float, Quantity("kg", above=0, most=HEAVIEST)]
     com: Annotated[float, Quantity("m")]
     inertia: Annotated[float, Quantity("kg*m^2", above=0)]
     includes: Literal["none", "joint"] = "joint"

@@ -83,6 +83,9 @@ BARE_DEVIATION = 0.05
 ROUNDED = 1e-9  # relative: a size written in another unit differs from it by rounding only
 
 
+MOST_DIGITS = 9  # of a limit with its unit, which is else written in the SI unit
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Marks a float field as written with a unit: ``length: Annotated[float, Quantity("m", above=0)]``.
@@ -119,6 +122,11 @@ class Quantity:
         """The user's unit."""
         return self.example.split(" ", 1)[1]
 
+    def limit_text(self, limit: float) -> str:
+        """A limit in the user's unit, or in the SI unit where that is too long to be read at a glance."""
+        shown, plain = units.write(limit, self.shown), units.write(limit, self.unit)
+        return plain if len(shown) > MOST_DIGITS and len(plain) < len(shown) and self.unit != "1" else shown
+
     def read(self, value: object) -> float:
         """The value in ``unit``; raises if not allowed."""
         try:
@@ -134,7 +142,7 @@ class Quantity:
             meant = f", or {units.write(number, '%')} if that is meant" if other else ""
             raise refusal(f"{value} is not allowed without a unit: write {value} %{meant}")
         if self.most is not None and number > self.most:
-            raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.shown)}")
+            raise refusal(f"{value} is not allowed: it can be at most {self.limit_text(self.most)}")
         if self.sizes:
             nearest = min(self.sizes, key=lambda size: abs(size - number))
             if abs(number - nearest) > ROUNDED * nearest:

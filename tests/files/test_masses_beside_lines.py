@@ -78,6 +78,16 @@ def test_a_last_link_s_side_is_the_same_as_another_zero() -> None:
     np.testing.assert_allclose(one, other - by, atol=1e-8)
 
 
+def test_a_mass_that_no_link_has_is_refused(tmp_path: Path) -> None:
+    """It was taken, and the sums of inertias overflowed."""
+    leg, _ = hyq(tmp_path)
+    path = tmp_path / "a.leg.yaml"
+    write_leg(leg, path)
+    path.write_text(path.read_text().replace("mass: 2.638 kg", "mass: 2.638e30 kg"))
+    with pytest.raises(UserError, match="it can be at most 1000000 kg"):
+        read_leg(path)
+
+
 @pytest.mark.parametrize(("written", "told"), [("900 m", "from its line"), ("30 kg", "kg")])
 def test_an_impossible_side_is_refused(written: str, told: str, tmp_path: Path) -> None:
     leg, _ = hyq(tmp_path)

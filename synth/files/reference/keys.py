@@ -12,7 +12,6 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from synth import units
 from synth.files.reference.sections import KeySection
 from synth.files.reference.texts import TEXTS
 from synth.files.schema import Because, Written, schema_model
@@ -145,7 +144,7 @@ def _allowed(item: FieldInfo, quantity: Quantity | None) -> str:
 def _written(value: float, quantity: Quantity) -> str:
     """A number with its unit; of shares only a deviation has one, of which a bare number may lack its ``%``."""
     with_unit = quantity.unit != "1" or quantity.bare is not None
-    return _short(units.write(float(value), quantity.shown)) if with_unit else f"{value:g}"
+    return _short(quantity.limit_text(float(value))) if with_unit else f"{value:g}"
 
 
 def _short(quantity: str) -> str:
