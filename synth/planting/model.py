@@ -146,6 +146,12 @@ class PlantedLeg:
         values[ROWS.index(name), joint] = value
         return replace(self, values=values)
 
+    def moved_across(self, joint: int, by: float) -> PlantedLeg:
+        """The leg with one link's centre of mass farther beside its line by so many m."""
+        across = np.zeros(self.n) if self.com_across is None else self.com_across.copy()
+        across[joint] += by
+        return replace(self, com_across=across)
+
     def reading(self, rotation: Array) -> Array:
         """Measured angles (..., n) rad at these rotations (..., n) rad."""
         return self.zero + self.sign * rotation

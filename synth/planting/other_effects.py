@@ -45,23 +45,25 @@ def link_mass(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 
 def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
-    """Another centre of mass, another inertia, or both because a share of the mass is elsewhere."""
+    """Another centre of mass, along the link or beside it, another inertia, or a share of the mass elsewhere."""
     good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     mass, com, inertia = (float(setup.true.of(name)[j]) for name in ("mass", "com", "inertia"))
-    kind = ("com", "inertia", "moved part")[int(rng.choice(3, p=[0.4, 0.2, 0.4]))]
+    kind = ("com", "inertia", "moved part", "beside")[int(rng.choice(4, p=[0.35, 0.2, 0.3, 0.15]))]
     place = rng.uniform(0.0, 0.2) if sign < 0 else rng.uniform(0.8, 1.0)
     length = float(setup.true.of("length")[j])
 
     def build(s: float) -> tuple[Truth, PlantedSensor]:
         if kind == "com":
             return Truth(setup.true.changed("com", j, com * (1 + sign * s))), good
+        if kind == "beside":
+            return Truth(setup.true.moved_across(j, sign * s * length)), good
         if kind == "inertia":
             return Truth(setup.true.changed("inertia", j, inertia * (1 + (sign if s < 1 else 1.0) * s))), good
         centre = (1 - s) * com + s * place * length  # a share s of the mass is at ``place``
         spread = (1 - s) * (inertia + mass * (com - centre) ** 2) + s * mass * (place * length - centre) ** 2
         return Truth(setup.true.changed("com", j, centre).changed("inertia", j, spread)), good
 
-    most = {"com": 0.35, "inertia": 2.0 if sign > 0 else 0.7, "moved part": 0.5}[kind]
+    most = {"com": 0.35, "inertia": 2.0 if sign > 0 else 0.7, "moved part": 0.5, "beside": 0.25}[kind]
     return Form(
         kind,
         most,
@@ -69,6 +71,7 @@ def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
         lambda s: {
             "com_ratio": float(build(s)[0].leg.of("com")[j] / com),
             "inertia_ratio": float(build(s)[0].leg.of("inertia")[j] / inertia),
+            "across_over_com": sign * s * length / com if kind == "beside" else 0.0,
         },
     )
 

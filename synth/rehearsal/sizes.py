@@ -69,6 +69,12 @@ def _largest_relative_change(*names: str) -> Callable[..., float]:
     return lambda numbers, cause, setup, scale: max(abs(float(numbers[n]) - 1.0) for n in names if n in numbers)
 
 
+def _moved_mass(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
+    """The largest change of a link's centre of mass, along it or beside it, over its distance, or of its inertia."""
+    along, about = (abs(float(numbers[name]) - 1.0) for name in ("com_ratio", "inertia_ratio"))
+    return max(along, about, abs(float(numbers["across_over_com"])))
+
+
 def _friction_at_load(numbers: Numbers, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     if cause.form.build(cause.size)[0].laws[0].law == torque_laws.BEARING:
@@ -127,7 +133,7 @@ _SIZE_BY_EFFECT: dict[str, Callable[[Numbers, PlantedCause, Setup, Scale], float
     "backlash": lambda numbers, cause, setup, scale: 2.0 * math.radians(float(numbers["half_gap_deg"])),
     "spring_preload": _number_in_radians("shift_deg"),
     "link_mass": _largest_relative_change("ratio"),
-    "link_inertia": _largest_relative_change("com_ratio", "inertia_ratio"),
+    "link_inertia": _moved_mass,
     "encoder_offset": _named_number("offset_rad"),
     "encoder_scale": _named_number("scale_error"),
     "latency": _delay_or_lag,

@@ -64,7 +64,8 @@ def test_every_kind_that_a_command_reads_has_a_page() -> None:
 
 def test_rows_have_type_unit_default_and_range() -> None:
     mass = {row.name: row for row in rows(KINDS["leg"].inner["joints"].inner["link"])}["mass"]
-    assert (mass.type, mass.unit, mass.allowed, mass.default) == ("quantity", "g", "more than 0 g, at most 1e+06 kg", None)
+    assert (mass.type, mass.unit, mass.default) == ("quantity", "g", None)
+    assert mass.allowed == "more than 0 g, at most 1e+06 kg"
     assert mass.example == "740 g"
     cad = {row.name: row for row in rows(KINDS["leg-design"].inner["cad"])}
     assert (cad["wall"].default, cad["encoder"].default) == ("3 mm", "true")

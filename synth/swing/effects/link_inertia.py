@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, signed
 
 if TYPE_CHECKING:
     from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
 
 
-def change(legs: LegLanes, joint: int, sign: int, com: Array, inertia: Array) -> None:
-    """Move the centre of mass by a share of its distance, and scale the inertia about it; both (n_lane,)."""
+def change(legs: LegLanes, joint: int, sign: int, com: Array, inertia: Array, across: Array) -> None:
+    """Move the centre of mass by shares of its distance and, across, of the link's length; scale the inertia about it.
+
+    All (n_lane,).
+    """
     legs.com[joint] *= 1.0 + com
-    legs.com_across[joint] *= 1.0 + com
+    legs.com_across[joint] = legs.com_across[joint] * (1.0 + com) + across * legs.length[joint]
     legs.inertia[joint] *= 1.0 + inertia
 
 
@@ -22,7 +25,7 @@ EFFECT = Effect(
     name="link_inertia",
     meaning="mass distribution: centre of mass or inertia off",
     phrase="carries a link whose mass lies elsewhere",
-    formula="com (1 + com share), inertia about it (1 + inertia share)",
+    formula="com (1 + com share), com_across + across times the link's length, inertia about it (1 + inertia share)",
     source="definition",
     way="leg",
     changes="`com`, `com_across` and `inertia` of `link:`",
@@ -48,7 +51,18 @@ EFFECT = Effect(
             label="change of inertia",
             form="relative change",
         ),
+        Parameter(
+            "across",
+            "1",
+            0.0,
+            signed(0.1, 0.5),
+            natural=False,
+            meaning="how much farther beside the link's line, share of its length; positive: right of a link that "
+            "hangs down",
+            label="shift beside the line over the link's length",
+            form="relative change",
+        ),
     ),
-    strengths=("com", "inertia"),
-    shapes=(Shape(("com", "inertia"), {}),),
+    strengths=("com", "inertia", "across"),
+    shapes=(Shape(("com", "inertia"), {}), Shape(("com", "inertia", "across"), {})),
 )

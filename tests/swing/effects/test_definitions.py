@@ -28,9 +28,10 @@ def test_a_heavier_link_has_its_inertia_in_proportion() -> None:
 
 
 def test_link_inertia_moves_the_centre_and_scales_the_inertia_about_it() -> None:
-    before, legs = changed("link_inertia", 2, -1, SHARES, 2 * SHARES)
+    before, legs = changed("link_inertia", 2, -1, SHARES, 2 * SHARES, 0.5 * SHARES)
     np.testing.assert_allclose(legs.com[2], before.com[2] * (1 + SHARES))
     np.testing.assert_allclose(legs.inertia[2], before.inertia[2] * (1 + 2 * SHARES))
+    np.testing.assert_allclose(legs.com_across[2], 0.5 * SHARES * before.length[2])
     np.testing.assert_array_equal(legs.mass, before.mass)
 
 
