@@ -112,7 +112,8 @@ def test_the_built_leg_and_the_robot_files_have_the_same_links(result: Path, des
         mujoco.mju_quat2Mat(turned, body.iquat)
         frame = turned.reshape(3, 3)
         about = (frame @ np.diag(body.inertia) @ frame.T)[1, 1]
-        assert about + body.mass[0] * x**2 == pytest.approx(joint.link.inertia)
+        assert about == pytest.approx(joint.link.inertia)
+        assert x == pytest.approx(joint.link.com_across, abs=1e-9)
         assert f'<mass value="{joint.link.mass:.10g}" />' in urdf
     assert model.nmesh == len(design["solids"]["parts"])
     assert urdf.count("<mesh filename=") == (result / "leg.sdf").read_text().count("<uri>parts/") == model.nmesh
