@@ -57,12 +57,15 @@ def doubting_slips(
 ) -> Findings[EvaluatedHypothesis, Array]:
     """The findings with a warning on each slip.
 
-    Where the first leaves less than the explanation does, the sentence and the advice begin with it.
+    Where the first leaves less than the explanation does, or what columns mean is wrong and the verdict open, the
+    sentence and the advice begin with it.
     """
     if not slips:
         return findings
     warnings, first = (*(decisive(slip.sentence) for slip in slips), *findings.warnings), slips[0]
-    if not first.rather_than(findings.stages.errors.figure("after").value):
+    # Errors of pieces are less than those of whole recordings, by which slips are found: the verdict weighs these.
+    leads = first.rather_than(findings.stages.errors.figure("after").value)
+    if not leads and (first.number or findings.judged.verdict != "unknown"):
         return replace(findings, warnings=warnings)
     what = "number is far off" if first.number else "column is not what the files say"
     sentence, planned = f"A {what}: {first.text}. {findings.sentence}", findings.next_experiment
