@@ -107,6 +107,40 @@ def test_the_zero_of_a_servo_s_angle_and_command_is_named() -> None:
     assert finding.text.startswith("knee: zero: 90 deg is stated and zero: 0 deg fits: ")
 
 
+def with_signals(trial: Trial, **changed: object) -> Trial:
+    assert trial.signals is not None
+    return replace(trial, signals=replace(trial.signals, **changed))  # type: ignore[arg-type]
+
+
+def test_a_command_that_is_counted_from_elsewhere_is_named() -> None:
+    """A servo's middle is 150 of 300 deg, that of its encoder 0: the check of a real one (XL330) said nothing."""
+    middle = float(np.radians(150.0))
+    trials = [with_signals(t, command=t.signals.command + middle) for t in driven(ARM, 3) if t.signals is not None]
+    (finding,) = found(ARM.with_joints(knee={"range": None}), trials)
+    assert finding.text.startswith("the column knee command is counted from elsewhere: knee lies ")
+    assert finding.remedy == "count both from one zero, in knee command or in knee"
+
+
+def test_angle_and_command_exchanged_are_named() -> None:
+    trials = []
+    for trial in driven(ARM, 3):
+        assert trial.signals is not None
+        told = np.interp(trial.time, trial.signals.time, trial.signals.command[:, 0])
+        command = np.interp(trial.signals.time, trial.time, trial.angles[:, 0])[:, None]
+        trials.append(with_signals(replace(trial, angles=told[:, None]), command=command))
+    (finding,) = found(ARM, trials)
+    assert finding.text.startswith("the columns knee and knee command look exchanged: ")
+    assert finding.remedy == "exchange the two names in its header"
+
+
+def test_an_inverted_switch_is_named() -> None:
+    """``torque_disabled`` taken for ``torque_enable``."""
+    trials = [with_signals(t, enabled=1.0 - t.signals.enabled) for t in driven(ARM, 3) if t.signals is not None]
+    (finding,) = found(ARM, trials)
+    assert finding.text.startswith("the column knee enabled looks inverted: ")
+    assert found(ARM, driven(ARM, 3)) == []
+
+
 @pytest.mark.slow  # a whole diagnosis of two joints
 def test_the_diagnosis_begins_with_it_and_names_no_cause_in_its_place() -> None:
     """It named a link whose mass lies elsewhere, 97 %, of a real double pendulum with the lower angle absolute."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from synth.diagnosis.plants.swinging_chain.input_changes import input_changes
 from synth.drives.servo import Servo
 from synth.swing.leg_model import Leg
 from synth.units import significant
@@ -202,7 +203,8 @@ def column_changes(leg: Leg, trials: Sequence[Trial]) -> list[Change]:
         else:
             made.append(_inverted(names, j, "looks inverted"))
     commanded = [j for j, name in enumerate(names) if _input_column(leg, trials, j) == f"{name} command"]
-    return [*made, *_absolute_angles(leg), *_changes_of_unit(names, commanded), *_other_zeros(leg)]
+    made += [*_absolute_angles(leg), *_changes_of_unit(names, commanded), *input_changes(leg, trials)]
+    return [*made, *_other_zeros(leg)]
 
 
 def _inverted(names: Sequence[str], j: int, looks: str, *, inputs: bool = False) -> ColumnChange:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.arrays import Array
+from synth.arrays import Array, Mask
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
@@ -60,7 +60,8 @@ def column_slips(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Sl
     if not chosen:
         return []
     changes = column_changes(leg, chosen)
-    missed = np.array([_errors_of_change(leg, chosen, change, bench) for change in changes])
+    tried = [_errors_of_change(leg, chosen, change, bench) for change in changes]
+    missed = np.array([np.where(follows, error, np.inf) for error, follows in tried])
     # In a smaller unit every error is small, so only these can be compared with those of other changes.
     alike = missed / np.array([[change.scale] for change in changes])
     least = alike.min(axis=0)
@@ -68,19 +69,20 @@ def column_slips(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Sl
     left = missed[np.argmin(alike, axis=0), np.arange(len(own))]
     fits &= left < np.minimum(own / LEAST_IMPROVEMENT, NEAR_DESIGN)
     found = []
-    for k, of in _fewest_changes(alike, fits):
+    for k, of in _fewest_changes(alike, fits, np.array([ALIKE * error < own for error, _ in tried])):
         names = [chosen[place].name for place in of]
         found.append(_slip(changes, k, fits[:, of].all(axis=1), names, own[of], missed[k, of]))
     return found
 
 
-def _fewest_changes(errors: Array, fits: Array) -> Iterator[tuple[int, list[int]]]:
+def _fewest_changes(errors: Array, fits: Mask, helps: Mask) -> Iterator[tuple[int, list[int]]]:
     """Changes that explain all recordings which any explains, and the recordings that each is told of.
 
     Parameters
     ----------
     errors : (n_change, n_trial) rad.
     fits : (n_change, n_trial), whether a change explains a recording as well as the best does.
+    helps : (n_change, n_trial), whether it brings a recording nearer: no other one is then told of that.
     """
     fits = fits.copy()
     while fits.any():
@@ -89,11 +91,11 @@ def _fewest_changes(errors: Array, fits: Array) -> Iterator[tuple[int, list[int]
         totals = np.where(fits, errors, 0.0)[most].sum(axis=1)
         change = int(most[np.argmax(totals <= (1.0 + ALIKE_SHARE) * totals.min())])  # the first of equal ones
         of = np.flatnonzero(fits[change]).tolist()
-        fits[:, of] = False
+        fits[:, of] = fits[:, helps[change]] = False
         yield change, of
 
 
-def _slip(changes: Sequence[Change], chosen: int, fits: Array, names: Sequence[str], own: Array, left: Array) -> Slip:
+def _slip(changes: Sequence[Change], chosen: int, fits: Mask, names: Sequence[str], own: Array, left: Array) -> Slip:
     """The chosen change as it is told; ``fits`` (n_change,) : which changes are as near in all these recordings.
 
     ``own``, ``left`` (n_trial,) rad RMS of the designed leg as recorded, and with the change.
@@ -108,8 +110,8 @@ def _slip(changes: Sequence[Change], chosen: int, fits: Array, names: Sequence[s
     return Slip(text, remedy, tuple(names), float(np.sqrt(np.mean(left**2))), ", ".join(names[:NAMED]) + more)
 
 
-def _errors_of_change(leg: Leg, trials: Sequence[Trial], change: Change, bench: Workbench) -> Array:
-    """(n_trial,) rad RMS error with this change; infinite where one that must follow the motion does not."""
+def _errors_of_change(leg: Leg, trials: Sequence[Trial], change: Change, bench: Workbench) -> tuple[Array, Mask]:
+    """(n_trial,) rad RMS error with this change, and whether it follows the motion where it must."""
     changed, new = [change.of(leg, trial) for trial in trials], change.of_leg(leg)
     if new is not leg:
         own = {id(trial.leg): change.of_leg(trial.leg) for trial in trials if trial.leg is not None}
@@ -122,10 +124,10 @@ def _errors_of_change(leg: Leg, trials: Sequence[Trial], change: Change, bench: 
     within = [k for k, far in enumerate(away) if not far]
     found[within] = _errors_of_design(new, [changed[k] for k in within], bench)
     if not change.must_follow:
-        return found
+        return found, np.isfinite(found)
     joints = list(change.joints) if isinstance(change, ColumnChange) else list(range(len(leg.joints)))
     motion = np.array([float(np.nanmin(np.nanstd(trial.angles[:, joints], axis=0))) for trial in changed])
-    return np.where(found * LEAST_IMPROVEMENT < motion, found, np.inf)
+    return found, found * LEAST_IMPROVEMENT < motion
 
 
 def _bench_of(leg: Leg, own: Sequence[Leg], bench: Workbench) -> Workbench:
