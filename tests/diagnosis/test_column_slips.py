@@ -107,6 +107,40 @@ def test_the_zero_of_a_servo_s_angle_and_command_is_named() -> None:
     assert finding.text.startswith("knee: zero: 90 deg is stated and zero: 0 deg fits: ")
 
 
+def released_of(leg: Leg) -> list[Trial]:
+    return recorded(leg, held_out=0, noise=float(np.radians(0.03)))
+
+
+def test_an_inertia_about_the_joint_is_named() -> None:
+    """A CAD program gives both; of a real double pendulum's, the check said nothing."""
+    links = [joint.link for joint in TWO.joints]
+    about = [replace(link, inertia=link.inertia + link.mass * link.com**2) for link in links]
+    wrong = TWO.with_joints(hip={"link": about[0]}, knee={"link": about[1]})
+    (finding,) = found(wrong, released_of(TWO))
+    assert finding.text.startswith("the inertia of hip and knee looks stated about the joint: ")
+    assert "less mass times com squared" in finding.remedy
+
+
+def test_a_centre_of_mass_from_the_far_end_is_named() -> None:
+    """Not one near the middle: a link that is built so is a cause."""
+    right = TWO.with_joints(hip={"link": replace(TWO.joints[0].link, com=0.08)})
+    wrong = TWO.with_joints(hip={"link": replace(TWO.joints[0].link, com=0.17)})
+    (finding,) = found(wrong, released_of(right))
+    assert finding.text.startswith("the centre of mass of hip looks stated from the far end: ")
+    middle = TWO.with_joints(hip={"link": replace(TWO.joints[0].link, com=0.115)})
+    other = TWO.with_joints(hip={"link": replace(TWO.joints[0].link, com=0.135)})
+    assert found(middle, released_of(other)) == []
+
+
+def test_one_recording_alone_is_told_apart_from_the_leg_file() -> None:
+    """Turning the leg file's sign would have spoilt the others."""
+    trials = released()
+    one = replace(trials[2], angles=trials[2].angles * np.array([1.0, -1.0]))
+    (finding,) = found(DOUBLE, [*trials[:2], one, trials[3]])
+    assert finding.recording == "2.csv"
+    assert finding.remedy.endswith("; of these recordings only: others fit as they are")
+
+
 def with_signals(trial: Trial, **changed: object) -> Trial:
     assert trial.signals is not None
     return replace(trial, signals=replace(trial.signals, **changed))  # type: ignore[arg-type]

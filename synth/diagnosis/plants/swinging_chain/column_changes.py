@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from synth.diagnosis.plants.swinging_chain.input_changes import input_changes
+from synth.diagnosis.plants.swinging_chain.leg_changes import leg_changes
 from synth.drives.servo import Servo
 from synth.swing.leg_model import Leg
 from synth.units import significant
@@ -25,9 +26,6 @@ DEGREE = float(np.radians(1.0))  # rad in a degree
 # Joints up to which any of them may be in the other unit at once; of more only one or all: 2^n would be too many.
 FEW_JOINTS = 3
 MIRRORED = 2  # joints of a leg of which one inverted looks as the other one
-# From the stated zero to readings that joints are usually given where a link points along its parent: straight up, or
-# bent at a right angle to either side.
-ZEROS = tuple(float(np.radians(turn)) for turn in (180.0, 90.0, -90.0))
 
 
 class Change(Protocol):
@@ -137,30 +135,6 @@ class AbsoluteAngles:
         return replace(trial, angles=leg.to_measured(made), velocities=None)
 
 
-@dataclass(frozen=True)
-class OtherZero:
-    """A joint whose ``zero``, rad, and ``sign`` in the leg file are not those of its column."""
-
-    joint: int
-    zero: float
-    sign: int
-    text: str
-    remedy: str
-    either: tuple[str, str] | None = None
-    scale: float = 1.0
-    must_follow: bool = True
-
-    def of_leg(self, leg: Leg) -> Leg:
-        """With the other zero; the spring's free angle and the commands stay, in measured angle."""
-        joints = list(leg.joints)
-        joints[self.joint] = replace(joints[self.joint], zero=self.zero, sign=self.sign)
-        return replace(leg, joints=tuple(joints))
-
-    def of(self, leg: Leg, trial: Trial) -> Trial:
-        """The columns stay as they are."""
-        return trial
-
-
 def _with_inputs_inverted(leg: Leg, trial: Trial, j: int) -> Trial:
     """With a joint's known torque and voltage negated, and its command mirrored about the joint's zero."""
     torques, signals = trial.torques, trial.signals
@@ -204,7 +178,7 @@ def column_changes(leg: Leg, trials: Sequence[Trial]) -> list[Change]:
             made.append(_inverted(names, j, "looks inverted"))
     commanded = [j for j, name in enumerate(names) if _input_column(leg, trials, j) == f"{name} command"]
     made += [*_absolute_angles(leg), *_changes_of_unit(names, commanded), *input_changes(leg, trials)]
-    return [*made, *_other_zeros(leg)]
+    return [*made, *leg_changes(leg)]
 
 
 def _inverted(names: Sequence[str], j: int, looks: str, *, inputs: bool = False) -> ColumnChange:
@@ -241,33 +215,6 @@ def _less(leg: Leg, j: int, absolute: Sequence[int]) -> str:
         shifted = f"({joint.name} {'-' if joint.zero > 0.0 else '+'} {zero} deg)" if joint.zero else joint.name
         words += f" {'-' if minus else '+'} {shifted}"
     return words
-
-
-def _other_zeros(leg: Leg) -> list[OtherZero]:
-    """Each joint with a usual reading elsewhere as its zero, turning as stated or, after those, the other way."""
-    made = []
-    for sign in (1, -1):
-        for j, joint in enumerate(leg.joints):
-            for turn in ZEROS:
-                zero = _within_a_turn(joint.zero + turn)
-                signs = [f", sign: {each:+d}" if sign < 0 else "" for each in (joint.sign, -joint.sign)]
-                text = f"{joint.name}: zero: {_degrees(joint.zero)}{signs[0]} is stated"
-                text += f" and zero: {_degrees(zero)}{signs[1]} fits"
-                remedy = "correct it in the leg file, or the column: zero is the reading where the link points " + (
-                    "straight down" if j == 0 else "along the link before it"
-                )
-                made.append(OtherZero(j, zero, sign * joint.sign, text, remedy))
-    return made
-
-
-def _degrees(angle: float) -> str:
-    """``90 deg``; what is left of 0 by arithmetic is 0."""
-    return f"{round(float(np.degrees(angle)), 4) + 0.0:g} deg"
-
-
-def _within_a_turn(angle: float) -> float:
-    """rad, above minus half a turn, up to half a turn."""
-    return -((np.pi - angle) % (2.0 * np.pi) - np.pi)
 
 
 def _changes_of_unit(names: Sequence[str], commanded: Sequence[int]) -> list[ColumnChange]:

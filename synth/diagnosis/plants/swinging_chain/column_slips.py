@@ -37,6 +37,7 @@ LEAST_ERROR = np.radians(2.0)  # rad RMS from the design below which columns are
 # recorded: what the check takes to stay unexplained anyway.
 ALIKE_SHARE = 0.01
 NAMED = 3  # recordings that are named
+ONLY_THESE = "; of these recordings only: others fit as they are"
 
 
 def slips_of(leg: Leg, trials: Sequence[Trial], bench: Workbench, given: Sequence[AngleTrial]) -> Sequence[Slip]:
@@ -55,6 +56,7 @@ def column_slips(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Sl
     bench = replace(bench, predictor=bench.predictor.coarser(INTEGRATION_TOLERANCE))
     chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST_TRIALS]
     errors = _errors_of_design(leg, chosen, bench)
+    sound = bool(np.any(errors <= LEAST_ERROR))
     chosen = [trial for trial, error in zip(chosen, errors, strict=True) if error > LEAST_ERROR]
     own = errors[errors > LEAST_ERROR]
     if not chosen:
@@ -71,7 +73,8 @@ def column_slips(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Sl
     found = []
     for k, of in _fewest_changes(alike, fits, np.array([ALIKE * error < own for error, _ in tried])):
         names = [chosen[place].name for place in of]
-        found.append(_slip(changes, k, fits[:, of].all(axis=1), names, own[of], missed[k, of]))
+        slip = _slip(changes, k, fits[:, of].all(axis=1), names, own[of], missed[k, of])
+        found.append(replace(slip, remedy=slip.remedy + ONLY_THESE) if sound else slip)
     return found
 
 
