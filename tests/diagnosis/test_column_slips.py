@@ -180,6 +180,8 @@ def test_the_diagnosis_begins_with_it_and_names_no_cause_in_its_place() -> None:
     """It named a link whose mass lies elsewhere, 97 %, of a real double pendulum with the lower angle absolute."""
     result = diagnose(TWO, absolute(TWO, recorded(off(TWO, 5, 0.3), seed=1), (1,)), Tolerance())
     assert result.verdict == "unknown"
-    assert result.sentence.startswith("A column is not what the files say: knee looks measured from a fixed direction")
+    assert result.sentence.startswith(
+        "The files say something else than was recorded: knee looks measured from a fixed "
+    )
     assert "knee looks measured from a fixed direction" in result.warnings[0]
-    assert result.next_experiment is None or result.next_experiment.why.startswith("Correct that column first")
+    assert result.next_experiment is None or result.next_experiment.why.startswith("Correct the files first")

@@ -67,10 +67,10 @@ def doubting_slips(
     leads = first.rather_than(findings.stages.errors.figure("after").value)
     if not leads and (first.number or findings.judged.verdict != "unknown"):
         return replace(findings, warnings=warnings)
-    what = "number is far off" if first.number else "column is not what the files say"
-    sentence, planned = f"A {what}: {first.text}. {findings.sentence}", findings.next_experiment
+    what = "A number is far off" if first.number else "The files say something else than was recorded"
+    sentence, planned = f"{what}: {first.text}. {findings.sentence}", findings.next_experiment
     if planned is not None:  # it is chosen by the leg as it is stated
-        correct = "Correct the number that is far off first" if first.number else "Correct that column first"
+        correct = "Correct the number that is far off first" if first.number else "Correct the files first"
         planned = replace(planned, why=f"{correct}, and run again. {planned.why}")
     return replace(findings, sentence=sentence, next_experiment=planned, warnings=warnings)
 
