@@ -138,6 +138,8 @@ def gap(
     trials: Sequence[Trial] = (),
     *,
     tolerance: Tolerance | None = None,
+    noise: Mapping[str, float] | None = None,
+    accuracy: float | None = None,
     seed: int | None = None,
     stage: Stage = silent,
 ) -> Gap:
@@ -151,6 +153,10 @@ def gap(
         of the built leg; a project has its own.
     tolerance
         overrides a project's as a whole; None: the project's, of a leg the default of the project file.
+    noise
+        joint -> RMS in rad that its sensor is known to scatter by, likewise; by default it is estimated.
+    accuracy
+        rad, a smaller gap does not matter, likewise.
     seed
         of everything random, likewise.
     stage
@@ -160,8 +166,8 @@ def gap(
     ------
     UserError
         If the project or its trials cannot be used, trials are given beside a project or none beside a leg, a leg or
-        trials made in code would be refused in a file, or the tolerance names a joint that the leg does not have or a
-        value that is not allowed.
+        trials made in code would be refused in a file, or the tolerance or the noise names a joint that the leg does
+        not have or a value that is not allowed.
     """
     if isinstance(what, Leg):
         checked = with_checked_trials(_in_code(what, trials))
@@ -174,7 +180,7 @@ def gap(
         checked = with_checked_trials(read_gap(what))
     if not isinstance(what, Leg):
         refuse_trials(trials, checked.project.path, "gap")
-    checked = replace(checked, project=_overridden(checked.project, tolerance, seed))
+    checked = replace(checked, project=_overridden(checked.project, tolerance, noise, accuracy, seed))
     project = checked.project
     with stage("diagnosing"), stage_by_stage(stage) as say:
         result = diagnose(
@@ -201,11 +207,19 @@ def _in_code(leg: Leg, trials: Sequence[Trial]) -> GapProject:
     return GapProject(IN_CODE, leg.name, designed, given, Tolerance(), 0, defaults, ())
 
 
-def _overridden(project: GapProject, tolerance: Tolerance | None, seed: int | None) -> GapProject:
-    """The project with the given tolerance and seed."""
+def _overridden(
+    project: GapProject,
+    tolerance: Tolerance | None,
+    noise: Mapping[str, float] | None,
+    accuracy: float | None,
+    seed: int | None,
+) -> GapProject:
+    """The project with what is given."""
     if tolerance is not None:
         rest = not_overridden(project.defaults, ("tolerance",))
         project = replace(project, tolerance=tolerance, defaults=rest)
+    project = project if noise is None else replace(project, noise=dict(noise))
+    project = project if accuracy is None else replace(project, accuracy=accuracy)
     project = project if seed is None else replace(project, seed=seed)
     check_in_code(project)
     require_known(project.tolerance, project.leg, project.path)

@@ -97,7 +97,7 @@ def in_si(table: CsvTable, wanted: Mapping[str, str], foreign: str) -> tuple[dic
     problems: list[Problem] = []
     for index, column in enumerate(table.columns):
         if column.name not in wanted:
-            text = f'column "{column.title}" {foreign}{near(column.name, list(wanted))}'
+            text = f'column "{column.title}" {foreign}{_meant(column, wanted)}'
             problems.append(Problem(text, table.name, 1))
             continue
         try:
@@ -107,6 +107,23 @@ def in_si(table: CsvTable, wanted: Mapping[str, str], foreign: str) -> tuple[dic
         except UserError as error:
             problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
     return values, problems
+
+
+def _meant(column: CsvColumn, wanted: Mapping[str, str]) -> str:
+    """``; did you mean hip torque?``: of ``hip effort [N*m]`` what is in such a unit, not what is spelt alike."""
+    alike = [name for name, unit in wanted.items() if _is_in(column.unit, unit)]
+    same = [name for name in alike if name.partition(" ")[0] == column.name.partition(" ")[0]]
+    hint = near(column.name, alike or list(wanted))
+    return hint or (f"; did you mean {same[0]}?" if len(same) == 1 else "")
+
+
+def _is_in(written: str, unit: str) -> bool:
+    """Whether a column's unit is of the dimension of an SI unit."""
+    try:
+        factor(written, unit)
+    except UserError:
+        return False
+    return True
 
 
 def read_table(path: Path, name: str | None = None) -> CsvTable:

@@ -14,6 +14,13 @@ from synth.swing.leg_model import Joint, Leg
 
 SUFFIXES = {" command": "rad", " voltage": "V", " current": "A", " enabled": "1"}
 SUPPLY = "supply"
+# Suffix -> a drive that takes such a column, as a leg file states it.
+DRIVES = {
+    " command": "drive: {kind: servo, gain: 20 N*m/rad}",
+    " voltage": "drive: {kind: voltage, motor: {torque_constant: 0.02 N*m/A, resistance: 2 ohm}}",
+    " current": "drive: {kind: torque, motor: {torque_constant: 0.02 N*m/A}}",
+    " enabled": "drive: {kind: servo, gain: 20 N*m/rad}",
+}
 
 
 def column_units(leg: Leg) -> dict[str, str]:
@@ -34,8 +41,10 @@ def problems(table: CsvTable, leg: Leg, off: Sequence[str] = ()) -> list[Problem
         for suffix in SUFFIXES:
             name = joint.name + suffix
             if name in present and suffix not in allowed:
-                text = f"{joint.name} has no drive that takes it: give the joint a drive in the leg file, or leave the "
-                found.append(Problem(text + "column out", table.name, 1, name))
+                text = (
+                    f"{joint.name} has no drive that takes it: give the joint one in the leg file, as {DRIVES[suffix]}"
+                )
+                found.append(Problem(f"{text}, or leave the column out", table.name, 1, name))
         for suffix in wanted - {suffix for suffix in SUFFIXES if joint.name + suffix in present}:
             text = f'column "{joint.name}{suffix} [{EXAMPLES[suffix]}]" is missing: the drive of {joint.name} needs it'
             text += f"; if it was off, its winding open, write drive_off: [{joint.name}] beside the file in the project"

@@ -13,15 +13,17 @@ from pydantic_core import PydanticCustomError
 
 from synth.errors import Problem, UserError
 from synth.files.leg_file import PartResolver
-from synth.files.made_in_code import check_values, in_code
+from synth.files.made_in_code import check_values, in_code, number_fault, with_hint
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.next_command import NextCommand, read_next_command
 from synth.files.schema import Default, Written
 from synth.files.tolerance import Tolerance as Tolerance
 from synth.files.tolerance import check_tolerance, read_tolerance
 from synth.files.trial_list import Trial
-from synth.files.validate import Quantity, Title, gathering, raise_if_any
+from synth.files.validate import Quantity, Title, gathering, near, raise_if_any
+from synth.files.yaml_lines import Document
 from synth.swing.leg_model import Damper, Leg, Spring
+from synth.units import write
 
 NOISE = Quantity("rad", above=0, most=radians(10))  # a sensor that scatters more shows no swing
 Angle = Annotated[float, Quantity("rad", least=0, most=radians(90))]
@@ -65,7 +67,7 @@ class GapProject:
 
 
 def check_in_code(project: GapProject) -> None:
-    """Check the tolerance and the seed that code may have set in a project, as its file is checked.
+    """Check the tolerance, noise, accuracy and seed that code may have set in a project, as its file is checked.
 
     Raises
     ------
@@ -75,8 +77,25 @@ def check_in_code(project: GapProject) -> None:
     place, problems = in_code(project.path), list[Problem]()
     check_tolerance(project.tolerance, place, problems)
     given = {"kind": "gap", "leg": "in code", "trials": ["in code"], "seed": project.seed}
-    check_values(_GapFile, given, place, (), problems)
+    check_values(_GapFile, {**given, "accuracy": project.accuracy}, place, (), problems)
+    _check_noise(project, place, problems)
     raise_if_any(problems)
+
+
+def _check_noise(project: GapProject, place: Document, problems: list[Problem]) -> None:
+    """Check the noise that code may have set."""
+    names = project.leg.joint_names
+    for joint, value in project.noise.items():
+        key, fault = ("noise", str(joint)), number_fault(value, NOISE.unit)
+        if joint not in names:
+            problems.append(place.problem(f'"{joint}" is no joint of {project.leg.name}{near(joint, names)}', key))
+        elif fault:
+            problems.append(place.problem(fault, key))
+        else:
+            try:
+                NOISE.read(write(float(value), NOISE.shown))
+            except PydanticCustomError as error:
+                problems.append(with_hint(place.problem(error.message(), key)))
 
 
 def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> GapProject:

@@ -59,7 +59,8 @@ def with_recorded_rates(leg: Leg, trial: Trial, smoothed: Smoothed) -> Smoothed:
     for j, name in enumerate(leg.joint_names):
         wrong = unlike(smoothed, time, velocities[:, j], j) if name not in trial.locked else ""
         if wrong:
-            text = f"{wrong}. Correct the column, or leave it out: the angles suffice"
+            stop = "" if wrong.endswith("?") else "."
+            text = f"{wrong}{stop} Correct the column, or leave it out: the angles suffice"
             problems.append(Problem(text, file=trial.name, key=f"{name} velocity"))
     if problems:
         raise UserError(problems)

@@ -90,6 +90,21 @@ def test_a_diagnosis_checks_its_tolerance_and_seed(leg: synth.Leg, trials: tuple
         synth.gap(springs, trials, seed=-1)
 
 
+def test_a_diagnosis_takes_noise_and_accuracy(leg: synth.Leg, trials: tuple[synth.Trial, ...]) -> None:
+    """Only a project file could state them."""
+    springs = leg.with_joints(**{name: {"spring": synth.Spring(1.0, 2.0)} for name in leg.joint_names})
+    first = leg.joint_names[0]
+    for given, said in (
+        ({"accuracy": -0.1}, "accuracy: .* at least 0"),
+        ({"accuracy": 2.0}, r"accuracy: .* at most 90 deg"),
+        ({"noise": {"hp": 1e-4}}, r'noise\.hp: "hp" is no joint of'),
+        ({"noise": {first: 0.5}}, rf"noise\.{first}: .* at most 10 deg"),
+        ({"noise": {first: "0.02 deg"}}, rf"noise\.{first}: .* in code this is a number in rad"),
+    ):
+        with pytest.raises(synth.UserError, match=said):
+            synth.gap(springs, trials, **given)  # type: ignore[arg-type]
+
+
 def test_what_is_no_recording_is_told(leg: synth.Leg) -> None:
     springs = leg.with_joints(**{name: {"spring": synth.Spring(1.0, 2.0)} for name in leg.joint_names})
     for function in (synth.fit, synth.gap):

@@ -9,10 +9,10 @@ import pytest
 
 from diagnosis.simulated_releases import ONE
 from diagnosis.simulated_servos import ARM, driven
-from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.coverage import torque_findings
-from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.check.finding import Finding, finding_of_slip
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+from synth.diagnosis.plants.swinging_chain.column_slips import column_slips
 from synth.drives.servo import Servo
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
@@ -39,7 +39,7 @@ def pushed(leg: Leg) -> list[Trial]:
 
 def found(leg: Leg, trials: list[Trial]) -> list[Finding]:
     scene, _ = scene_of(leg, trials, Tolerance(), 0)
-    return column_findings(leg, trials, scene.bench)
+    return [finding_of_slip(slip) for slip in column_slips(leg, trials, scene.bench)]
 
 
 def with_torque_inverted(trials: list[Trial]) -> list[Trial]:

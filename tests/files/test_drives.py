@@ -208,7 +208,10 @@ def test_a_torque_drive_without_its_current_is_told(tmp_path: Path) -> None:
     [
         ("time [s],arm [deg]", 'column "arm command \\[deg\\]" is missing'),
         ("time [s],arm [deg],arm command [deg],arm current [A]", "has no drive that takes it"),
+        ("time [s],arm [deg],arm command [deg],arm current [A]", r"as drive: {kind: torque, motor: {torque_constant"),
         ("time [s],arm [deg],arm command [V]", "command"),
+        # as ROS names a torque: the nearest by its letters was "arm enabled"
+        ("time [s],arm [deg],arm command [deg],arm effort [N*m]", "arm effort .* did you mean arm torque"),
     ],
 )
 def test_mistakes_of_driven_columns(tmp_path: Path, header: str, words: str) -> None:

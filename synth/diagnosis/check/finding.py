@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from synth.diagnosis.plants.swinging_chain.held_starts import HELD_START
+from synth.diagnosis.plants.swinging_chain.slips import Slip
 from synth.remarks import Remark, kind_of, severity_of
 
 Level = Literal["fault", "doubt", "note"]
@@ -53,6 +54,11 @@ def finding_of_remark(remark: str, recordings: Sequence[str]) -> Finding:
     place = max(named, key=len, default="")
     remedy = remark.remedy if isinstance(remark, Remark) else ""
     return Finding(level, remark[len(place) + 2 :] if place else str(remark), remedy, place)
+
+
+def finding_of_slip(slip: Slip, level: Level = "fault") -> Finding:
+    """What a user's files have wrong by a slip."""
+    return Finding(level, slip.text, slip.remedy, slip.place)
 
 
 def worst_first(findings: Sequence[Finding]) -> tuple[Finding, ...]:

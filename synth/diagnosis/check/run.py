@@ -10,20 +10,20 @@ import numpy as np
 
 from synth.diagnosis.angle_search import as_designed
 from synth.diagnosis.angle_trials import AngleTrial, largest_of_kinds
-from synth.diagnosis.check.against_nominal import column_findings
 from synth.diagnosis.check.cause_responses import responses_of
 from synth.diagnosis.check.channels import Channel, accuracy_findings, channel_findings, describe_channels
 from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, describe_sampling
 from synth.diagnosis.check.coverage import coverage_findings, describe_coverage, torque_findings
-from synth.diagnosis.check.finding import Finding, finding_of_remark, merge_alike, worst_first
+from synth.diagnosis.check.finding import Finding, finding_of_remark, finding_of_slip, merge_alike, worst_first
 from synth.diagnosis.check.lags import Lag, estimate_lags, lag_findings
 from synth.diagnosis.check.separability import Separability, separability
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.chain_menu import menu
 from synth.diagnosis.plants.swinging_chain.changed_effect import changed_effects
-from synth.diagnosis.plants.swinging_chain.far_numbers import REMEDY, FarNumbers, far_numbers
+from synth.diagnosis.plants.swinging_chain.column_slips import column_slips
+from synth.diagnosis.plants.swinging_chain.far_numbers import FarNumbers, far_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.diagnosis.workbench import Workbench
@@ -80,8 +80,10 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
         tell("the recordings against the designed leg")
         compared = describe_channels(leg.joint_names, [trial.recording for trial in scene.given], found)
         bench = _comparison_bench(scene.bench, scene.given, compared)
-        columns = column_findings(leg, project.trials, bench)
-        findings += columns or _far_findings(far_numbers(leg, scene.bench, scene.given))
+        columns = column_slips(leg, project.trials, bench)
+        findings += [finding_of_slip(slip) for slip in columns] or _far_findings(
+            far_numbers(leg, scene.bench, scene.given)
+        )
         if not _any_fault(findings):
             tell("causes that can be separated")
             at = as_designed(bench)
@@ -108,7 +110,7 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
 
 def _far_findings(far: FarNumbers) -> list[Finding]:
     """A stated number that is off by a slip of the unit: a fault. Of dampers a doubt: a bearing's is often guessed."""
-    return [Finding("doubt" if far.only_damping else "fault", far.text, REMEDY)] if far.each else []
+    return [finding_of_slip(slip, "doubt" if far.only_damping else "fault") for slip in far.slips]
 
 
 def _any_fault(findings: Sequence[Finding]) -> bool:

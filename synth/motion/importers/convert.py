@@ -84,6 +84,11 @@ class ImportedRecording:
         return replace(self, time=time, angles=angles, notes=notes, tracked=tracked, inputs=inputs)
 
 
+# Of the links' weights at their centres of mass: the RMS change of a known torque from which it drives the leg. Motors
+# whose windings are open, and torque sensors, scatter by less.
+DRIVING_SHARE = 0.02
+
+
 def import_file(
     path: Path,
     leg: Leg,
@@ -178,14 +183,28 @@ def _known_torques(inputs: Sequence[DriveInput]) -> list[str]:
 
 
 def _driven_by_torque(leg: Leg, inputs: Sequence[DriveInput], notes: list[str]) -> bool:
-    """Whether a known torque acts that is a joint's ``drive``; a note tells of such a drive without a torque."""
+    """Whether a known torque drives the leg; a note tells of a joint's ``drive`` without a torque.
+
+    It is that of a joint's ``drive`` or, of a joint without one, changes by more than moves no limb: a constant one may
+    be a weight, and a sensor that scatters about 0 is none.
+    """
     drives = [joint.name for joint in leg.joints if joint.drive == TorqueDrive()]
     by_title = {each.title.removesuffix(" torque [N*m]"): each for each in inputs}
     for joint in drives:
         if joint not in by_title:
             text = f"no torque of the drive of {joint} in the file: taken as free there; if it acted, name the column "
             notes.append(f"{text}of its torque in a project, joints: {{{joint}: {{column: NAME, torque: NAME}}}}")
-    return bool(_known_torques([by_title[joint] for joint in drives if joint in by_title]))
+    stated = _known_torques([by_title[joint] for joint in drives if joint in by_title])
+    weight = sum(joint.link.mass * leg.gravity * abs(joint.link.com) for joint in leg.joints)
+    changing = [
+        each.column
+        for joint in leg.joints
+        if joint.drive is None and (each := by_title.get(joint.name)) is not None
+        if float(np.nanstd(each.value)) > DRIVING_SHARE * weight
+    ]
+    if changing and not stated:
+        notes.append(f"kept whole: it is driven by a known torque ({name_list(changing)})")
+    return bool(stated or changing)
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:

@@ -127,6 +127,24 @@ def test_a_known_torque_and_velocities_are_kept_and_other_numbers_named(tmp_path
         imported(tmp_path / "a.csv")
 
 
+def test_a_recording_that_a_torque_drives_is_kept_whole(tmp_path: Path) -> None:
+    """Of a joint without a ``drive``, for which the leg file need state none: a release was sought, and the rest cut.
+
+    Of a real pendulum's log (torque_limited_simple_pendulum, ``sysid``) 84 of 585 samples were left out.
+    """
+    time, _ = angles()
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    data["knee torque [N*m]"] = np.sin(3.0 * time)
+    data.to_csv(tmp_path / "a.csv", index=False)
+    driven = imported(tmp_path / "a.csv")
+    assert len(driven.time) == len(time)
+    assert driven.release is None
+    assert "kept whole: it is driven by a known torque (knee torque)" in driven.notes
+    data["knee torque [N*m]"] = 1e-4 * np.random.default_rng(0).standard_normal(len(time))  # a sensor, no drive
+    data.to_csv(tmp_path / "a.csv", index=False)
+    assert imported(tmp_path / "a.csv").release is not None
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
 def test_a_table_in_utf_16_is_recognised(tmp_path: Path, encoding: str) -> None:
     """As a spreadsheet saves "Unicode text": a byte order mark, tabs."""

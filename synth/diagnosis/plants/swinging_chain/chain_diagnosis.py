@@ -24,7 +24,6 @@ from synth.diagnosis.influence import verdict_dependence
 from synth.diagnosis.lanes import PredictorCache
 from synth.diagnosis.odds import far_share
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
-from synth.diagnosis.plants.swinging_chain import far_numbers
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_figures import joint_errors, joint_odds, squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu, variations
@@ -32,6 +31,7 @@ from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import locate_gap, locate_remainder, missing_torque
 from synth.diagnosis.plants.swinging_chain.clock_doubt import doubting_clock
+from synth.diagnosis.plants.swinging_chain.column_slips import slips_of
 from synth.diagnosis.plants.swinging_chain.command_menu import has_servo
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torque_sentence, free_torques
@@ -40,6 +40,7 @@ from synth.diagnosis.plants.swinging_chain.left_out_sentences import left_out_se
 from synth.diagnosis.plants.swinging_chain.moved_numbers import moved_numbers, with_moved_numbers
 from synth.diagnosis.plants.swinging_chain.pieces import cut_into_pieces, cut_sentence, join_pieces, whole_recordings
 from synth.diagnosis.plants.swinging_chain.replaced_effects import with_replaced_effects
+from synth.diagnosis.plants.swinging_chain.slips import Slip, doubt_of_slips, doubting_slips
 from synth.diagnosis.plants.swinging_chain.smeared_ends import without_smeared_ends
 from synth.diagnosis.plants.swinging_chain.stated_candidates import search_from_stated
 from synth.diagnosis.plants.swinging_chain.stated_numbers import against_design
@@ -118,15 +119,14 @@ class Scene:
 class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     """A leg of links that swings from releases, or is driven by known torques."""
 
-    def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
+    def __init__(self, scene: Scene, warnings: tuple[str, ...], slips: Sequence[Slip] = ()) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
-        self.whole = whole_recordings(scene.scored)
+        self.slips, self.whole = slips, whole_recordings(scene.scored)
         self.scored_names = tuple(trial.recording.name for trial in self.whole)
         self.accuracy, self.motion = scene.accuracy, scene.motion_trusted(self.calibration.accuracy)
         self.most_rivals = MOST_RIVALS if has_servo(scene.leg, scene.given) else RIVALS
         self.own_motion, self.independent = scene.motion, EFFECTIVE_SAMPLES * len(scene.leg.joints)
-        self.far = far_numbers.far_numbers(scene.leg, scene.bench, scene.given)
         self._free: dict[int, tuple[EvaluatedHypothesis, tuple[FreeTorque, ...]]] = {}  # a fit keeps its identity
         self.direct_causes = tuple(
             Cause(COUNTS, scene.leg.joint_names[item.joint], {"step": Estimate(item.step, "deg")})
@@ -235,7 +235,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     ) -> tuple[tuple[str, ...], float]:
         """Recordings that the verdict depends on, and the probability that a further one changes it."""
         hangs = verdict_dependence(self.bench, found, judged, self.calibration, self.freely(found), motion)
-        slip = far_numbers.doubt_of_slip(self.far, self.bench, judged.accepted.fit, self.scene.given)
+        slip = doubt_of_slips(self.slips, self.bench, judged.accepted.fit, (*self.scene.given, *self.scene.held))
         return hangs.warnings(), max(hangs.chance, doubt_of_held_starts(self.warnings), slip)
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
@@ -345,8 +345,8 @@ def diagnose(
     """
     scene, warnings = scene_of(leg, in_canonical_order(trials), tolerance, seed, noise)
     scene = replace(scene, accuracy=accuracy, next_command=next_command or NextCommand())
-    plant = SwingingChain(scene, warnings)
-    findings = far_numbers.doubting_numbers(plant.far, find_causes(plant, progress or (lambda text: None)))
+    plant = SwingingChain(scene, warnings, slips_of(leg, trials, scene.bench, scene.given))
+    findings = doubting_slips(plant.slips, find_causes(plant, progress or (lambda text: None)))
     findings = doubting_clock(leg, findings, trials, lambda new: scene_of(leg, new, tolerance, seed, noise)[0].bench)
     errors, shown, tolerances = findings.stages.errors, plant.shown(findings.stages), scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)

@@ -13,24 +13,20 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.cause_findings import Findings
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.lanes import Block, state_size
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.pieces import whole_recordings
 from synth.diagnosis.plants.swinging_chain.scalable_numbers import ScalableNumbers, scalable_numbers
+from synth.diagnosis.plants.swinging_chain.slips import ALIKE, INTEGRATION_TOLERANCE, SAMPLES_A_TRIAL, Slip
 from synth.diagnosis.plants.swinging_chain.trial_legs import TrialLegs
 from synth.diagnosis.score import first_state, score
-from synth.diagnosis.verdict import UNKNOWN_IF_CONTRADICTED
 from synth.diagnosis.workbench import Workbench
-from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 from synth.units import quantity, significant
 
-SAMPLES_A_TRIAL = 120  # samples per trial: enough to see errors of degrees
 MOST_TRIALS = 3  # trials compared, those with the largest motion
-INTEGRATION_TOLERANCE = 1e-4  # rad, of the integrator: errors are a hundred times larger
 # Errors of the designed leg below which no number is doubted: rad RMS, and a share of the motion. The least of 32 slips
 # in simulations of a free, a torque-driven and two servo-driven legs left 0.14 of it.
 LEAST_ERROR, LEAST_SHARE = np.radians(2.0), 0.1
@@ -38,9 +34,8 @@ LEAST_ERROR, LEAST_SHARE = np.radians(2.0), 0.1
 # simulation. On a real servo (XL330, its friction not stated) the true gain leaves 0.23 of the motion. Where a file
 # forgets a spring, a tenth of the masses left as much as the motion, and several other numbers did.
 LEFT_SHARE, REST_ERROR = 0.3, np.radians(1.0)
-# Least factor by which another number must reduce the error, as of exchanged columns (``check/against_nominal``).
+# Least factor by which another number must reduce the error, as of exchanged columns (``column_slips``).
 LEAST_IMPROVEMENT = 3.0
-ALIKE = 1.5  # two numbers whose errors are nearer than this factor fit alike, as of columns
 FOLLOWED = 8  # of the changes that leave least without a fit, those whose trials' initial states are fitted
 REMEDY = "Correct the number, or its unit, in the leg file or in the header of its column"
 SAID = 3  # of the numbers that fit alike, those that are named
@@ -72,6 +67,7 @@ class FarNumbers:
 
     leg: Leg
     each: tuple[FarNumber, ...] = ()
+    compared: tuple[str, ...] = ()  # names of the recordings
 
     @property
     def text(self) -> str:
@@ -85,6 +81,11 @@ class FarNumbers:
         return f"{words}{more}: the designed leg's error is {before} deg RMS as stated and {after} deg with this change"
 
     @property
+    def slips(self) -> tuple[Slip, ...]:
+        """One, or none."""
+        return (Slip(self.text, REMEDY, self.compared, self.each[0].left, number=True),) if self.each else ()
+
+    @property
     def only_damping(self) -> bool:
         """Whether dampers alone are far off: that of a bearing is often no more than guessed."""
         return bool(self.each) and all(item.numbers.only_damping for item in self.each)
@@ -93,38 +94,6 @@ class FarNumbers:
 def _written(value: float, unit: str) -> str:
     """With the digits that tell what was written."""
     return f"{significant(float(quantity(value, unit)['value']), 3)} {unit}"
-
-
-def doubting_numbers(
-    far: FarNumbers, findings: Findings[EvaluatedHypothesis, Array]
-) -> Findings[EvaluatedHypothesis, Array]:
-    """The findings with a warning on a stated number that is far off.
-
-    Where it leaves less than the explanation does, the sentence and the advice begin with it: causes that are named
-    beside a slip of the unit stand for it.
-    """
-    if not far.each:
-        return findings
-    warnings = (decisive(f"{far.text}. {REMEDY}"), *findings.warnings)
-    if ALIKE * far.each[0].left >= findings.stages.errors.figure("after").value:
-        return replace(findings, warnings=warnings)
-    sentence, planned = f"A number is far off: {far.text}. {findings.sentence}", findings.next_experiment
-    if planned is not None:  # it is chosen by the leg as it is stated
-        planned = replace(planned, why=f"Correct the number that is far off first, and run again. {planned.why}")
-    return replace(findings, sentence=sentence, next_experiment=planned, warnings=warnings)
-
-
-def doubt_of_slip(far: FarNumbers, bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> float:
-    """The probability that an explanation, with its best ``fit``, stands for a number that is far off.
-
-    A number that leaves much less of the recordings than the causes do is what is wrong; they imitate it.
-    """
-    if not far.each:
-        return 0.0
-    chosen = _compared(trials)
-    found = score(bench, fit, chosen)
-    left = _rms([_away(trial, prediction) for trial, (prediction, _) in zip(chosen, found, strict=True)])
-    return UNKNOWN_IF_CONTRADICTED if ALIKE * far.each[0].left < left else 0.0
 
 
 def far_numbers(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> FarNumbers:
@@ -156,7 +125,8 @@ def far_numbers(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> Far
         if left < (found[numbers].left if numbers in found else least):
             found[numbers] = FarNumber(numbers, factor, stated, left)
     best = sorted(found.values(), key=lambda item: item.left)
-    return FarNumbers(leg, tuple(item for item in best if item.left < ALIKE * best[0].left))
+    near = tuple(item for item in best if item.left < ALIKE * best[0].left)
+    return FarNumbers(leg, near, tuple(trial.recording.name for trial in chosen))
 
 
 def _compared(trials: Sequence[AngleTrial]) -> list[AngleTrial]:
