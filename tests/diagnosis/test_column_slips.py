@@ -132,6 +132,19 @@ def test_a_centre_of_mass_from_the_far_end_is_named() -> None:
     assert found(middle, released_of(other)) == []
 
 
+def test_a_centre_of_mass_on_the_wrong_side_of_its_line_is_named() -> None:
+    """Of a double pendulum, which hangs elsewhere by twice the angle."""
+    sided = [replace(joint, link=replace(joint.link, com_across=0.03)) for joint in DOUBLE.joints]
+    true, time = replace(DOUBLE, joints=tuple(sided)), np.arange(0.0, 3.0, 0.01)
+    starts = 0.8 * AWAY
+    trials = [Trial(f"{k}.csv", time, simulate(true, start, [0.0, 0.0], time)) for k, start in enumerate(starts)]
+    assert found(true, trials) == []
+    turned = replace(sided[0], link=replace(sided[0].link, com_across=-0.03))
+    (finding,) = found(replace(true, joints=(turned, sided[1])), trials)
+    assert finding.text.startswith("the centre of mass of upper looks stated on the wrong side of its line: ")
+    assert finding.remedy.startswith("change the sign of com_across")
+
+
 def test_one_recording_alone_is_told_apart_from_the_leg_file() -> None:
     """Turning the leg file's sign would have spoilt the others."""
     trials = released()

@@ -57,7 +57,7 @@ class _Meaning(NamedTuple):
 
 def _about_its_centre(link: Link) -> Link | None:
     """With the moment of inertia that is left of one about the joint, by Steiner's theorem."""
-    left = link.inertia - link.mass * link.com**2
+    left = link.inertia - link.mass * (link.com**2 + link.com_across**2)
     return replace(link, inertia=left) if 0.0 < LEAST_RATIO * left < link.inertia else None
 
 
@@ -66,6 +66,11 @@ def _from_its_joint(link: Link) -> Link | None:
     other = link.length - link.com
     far = 0.0 < LEAST_RATIO * min(other, link.com) < max(other, link.com)
     return replace(link, com=other) if far else None
+
+
+def _on_the_other_side(link: Link) -> Link | None:
+    """With the centre of mass as far on the other side of its line."""
+    return replace(link, com_across=-link.com_across) if link.com_across else None
 
 
 MEANINGS: Mapping[str, _Meaning] = {
@@ -78,6 +83,11 @@ MEANINGS: Mapping[str, _Meaning] = {
         _from_its_joint,
         "the centre of mass of {} looks stated from the far end",
         "state com from the link's own joint: its length less the stated one",
+    ),
+    "com_across": _Meaning(
+        _on_the_other_side,
+        "the centre of mass of {} looks stated on the wrong side of its line",
+        "change the sign of com_across: it is positive on the right of a link that hangs down",
     ),
 }
 
