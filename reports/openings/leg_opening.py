@@ -26,6 +26,8 @@ def leg_opening(result: Result) -> Opening:
     without, failed, slipping = _without_part(document), _failed_checks(document), slipping_dampers(document)
     chance = value_of(mapping(document, "response", "forecast").get("chance"))
     good = None if chance is None else (True if chance >= CERTAIN else False if chance < UNLIKELY else None)
+    if good and _another_motion(document):
+        good = None
     figure, caption = _picture(result)
     return Opening(
         _verdict(document, without, failed, slipping),
@@ -56,6 +58,7 @@ def _failed_checks(document: Json) -> list[Mapping[str, Any]]:
 def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]], slipping: list[str]) -> str:
     rms = mapping(document, "response", "wanted_to_built").get("rms")
     near = f"with nominal parts the leg's motion is {brief(rms)} (RMS) from the wanted one" if rms else ""
+    near += _another_motion(document) if rms else ""
     if without:
         start = f"Not ready to build: {joined_names(without)}"
     elif failed:
@@ -70,6 +73,16 @@ def _verdict(document: Json, without: list[str], failed: list[Mapping[str, Any]]
     else:
         return "This design names no joint."
     return f"{start}; {near}." if near else f"{start}."
+
+
+def _another_motion(document: Json) -> str:
+    """Where the wanted motion is not the animal's, which the robot's links do not make; empty if nowhere."""
+    found = mapping(document, "response", "animal_to_wanted")
+    off = mapping(found, "joints")
+    at = [f"{brief(off.get(str(name)))} at the {name}" for name in sequence(found, "another_motion")]
+    if not at:
+        return ""
+    return f", but that is not the animal's, which the robot's links do not make ({joined_names(at)} off it)"
 
 
 def _undecided(document: Json, slipping: list[str]) -> list[str]:

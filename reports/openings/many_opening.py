@@ -82,6 +82,12 @@ def legs_opening(result: Result) -> Opening:
         if refused
         else []
     )
+    other = [str(leg["name"]) for leg in legs if sequence(leg, "another_motion")]
+    if other:
+        steps.append(
+            f"The links of {_some_names(other)} do not make the animal's motion, and are near another one: see their "
+            "reports."
+        )
     worst = sorted(legs, key=lambda leg: -float(mapping(leg, "rms").get("value") or 0.0))[:MOST_ROWS]
     rows = [[Cell(str(leg["name"])), Cell(text(leg.get("rms")))] for leg in worst]
     bad, final = bool(refused or sequence(result.content, "failed")), all(leg.get("drawn") is not False for leg in legs)
@@ -90,7 +96,7 @@ def legs_opening(result: Result) -> Opening:
         _warned_count(legs),
         [*steps, *_mend(result, "designed")] or [_next_of_legs(legs)],
         figures=Figures(("Farthest from the wanted motion", "RMS"), rows) if rows else None,
-        good=False if bad else True if final else None,
+        good=False if bad else True if final and not other else None,
     )
 
 

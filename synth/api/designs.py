@@ -56,7 +56,8 @@ class Design(Report):
     def headline(self) -> str:
         """The RMS distance of the built leg's motion from the wanted one."""
         off = math.degrees(float(np.sqrt(np.mean(self.design.errors**2))))
-        return f"{self.project.name}: {off:.2f} deg RMS from the wanted motion with nominal parts"
+        at = f", at {', '.join(self.design.another_motion)} not the animal's" if self.design.another_motion else ""
+        return f"{self.project.name}: {off:.2f} deg RMS from the wanted motion{at} with nominal parts"
 
     def columns(self) -> dict[str, list[Cell]]:
         """One row per joint: wanted values, the chosen spring and damper, the error."""

@@ -78,6 +78,7 @@ def _entry(name: str, folder: Path) -> dict[str, Any]:
         },
         "rms": found["response"]["wanted_to_built"]["rms"],
         "joint_rms": found["response"]["wanted_to_built"]["joints"],
+        "another_motion": found["response"].get("animal_to_wanted", {}).get("another_motion", []),
         "failed_checks": [check["text"] for check in found["solids"]["checks"] if not check["passed"]],
         "drawn": found["solids"]["drawn"],
         "warnings": [of_joint(item["joint"], item["text"]) for item in found["warnings"]],
@@ -97,13 +98,15 @@ def _columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
     """``legs.csv``: one row per joint of each leg, and one per failed project."""
     columns: dict[str, list[Any]] = {"leg": [], "state": [], "joint": []}
     columns |= {f"wanted {key.replace('_', ' ')} [{UNITS[key]}]": [] for key in WANTED}
-    columns |= {"spring": [], "damper": [], "rms [deg]": [], "leg rms [deg]": [], "warnings": [], "message": []}
+    columns |= {"spring": [], "damper": [], "rms [deg]": [], "leg rms [deg]": [], "animal's motion": []}
+    columns |= {"warnings": [], "message": []}
     for leg in content["legs"]:
         failed = " | ".join(leg["failed_checks"])
         for joint, about in leg["joints"].items():
             row = [leg["name"], "check failed" if failed else "designed", joint]
             row += [(about["wanted"].get(key) or {}).get("value") for key in WANTED]
             row += [about["spring"], about["damper"], leg["joint_rms"][joint]["value"], leg["rms"]["value"]]
+            row.append("another" if joint in leg["another_motion"] else "made")
             add_row(columns, [*row, len(leg["warnings"]), failed or None])
     add_failed(columns, content)
     return columns

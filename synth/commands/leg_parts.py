@@ -110,6 +110,7 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
             f"with measured free angles of {'the springs' if not known else 'all springs'} "
             f"{measured['expected']['value']:.2f} deg, chance {measured['chance']['value']:.0%}."
         )
+    lines += _another_motion(response)
     laws = forecast.get("assumed_laws")
     if laws:
         lines.append(
@@ -118,6 +119,15 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
             f"{laws['most']['value']:.2f} deg."
         )
     return "\n".join(lines)
+
+
+def _another_motion(response: Mapping[str, Any]) -> list[str]:
+    """Where the motion that is wanted of the robot is not the animal's."""
+    found = response["animal_to_wanted"]
+    off = [f"{found['joints'][name]['value']:.3g} deg RMS at {name}" for name in found["another_motion"]]
+    if not off:
+        return []
+    return [f"The wanted motion is not the animal's, which the robot's links do not make: {', '.join(off)}."]
 
 
 def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:

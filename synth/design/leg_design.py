@@ -37,11 +37,12 @@ from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
 from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
+from synth.fit.misfits import ANOTHER_MOTION as OTHER
 from synth.fit.plausibility import doubts
 from synth.fit.uncertainty import MASS_SCALE
 from synth.fit.wanted_motion import with_other_legs
 from synth.parts.catalogs import Catalogue
-from synth.remarks import decisive, joint_of, kind_of, like, noted
+from synth.remarks import Remark, decisive, joint_of, kind_of, like, noted
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import FROUDE, froude_time_scale
 
@@ -99,6 +100,11 @@ class LegDesign:
     def rest_pose(self) -> Array:
         """(n,) rad, in which the built leg comes to rest."""
         return self.wanted.settled(self.built, self.built_motions)
+
+    @property
+    def another_motion(self) -> tuple[str, ...]:
+        """The joints whose wanted motion is another one than the animal's: the robot's links do not make that."""
+        return tuple(text.joint for text in self.target.warnings if isinstance(text, Remark) and text.kind == OTHER)
 
     def arm_offset(self, joint: int) -> float:
         """Offset of the lower half's arm, rad, as drawn: free angle less the spring's and the upper arm's angle.

@@ -108,6 +108,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
                 "rms": quantity(float(np.sqrt(np.mean(design.errors**2))), "deg"),
                 "joints": {n: quantity(float(e), "deg") for n, e in zip(names, design.errors, strict=True)},
             },
+            "animal_to_wanted": _animal_to_wanted(design),
             "forecast": design.sets.chosen.forecast.as_json(),
             "forecast_free_angles_measured": design.sets.measured.as_json(),
             "free_angles_measured": list(measured_free_angles(design)),
@@ -118,6 +119,14 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
         "warnings": [{"joint": joint, **remark_json(text)} for joint, text in design.warnings],
         **extra,
         "files": [_file(path, folder, parts) for path in files],
+    }
+
+
+def _animal_to_wanted(design: LegDesign) -> dict[str, Any]:
+    """How far the wanted motion is from the animal's in the robot's time, and where it is another one."""
+    return {
+        "joints": {name: quantity(off, "deg") for name, off in design.target.rms.items()},
+        "another_motion": list(design.another_motion),
     }
 
 

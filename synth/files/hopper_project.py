@@ -220,6 +220,8 @@ def _measured_bending(reader: ProjectReader, laminate: LaminateSection) -> Lamin
         low, high = found.interval90
         reader.defaults[:] = [default for default in reader.defaults if default.key != "laminate.beam_rate"]
         reason = f"measured: slope of {found.points} pairs in {laminate.bending}, 90 %: {low:.4g} to {high:.4g}"
+        if found.loop:
+            reason += f"; the link loses {found.loop:.3g} N*m between loading and unloading, which the jump leaves out"
         reader.defaults.append(Default("laminate.beam_rate", f"{found.rate:.4g} N*m/rad", reason))
         return replace(laminate, beam_rate=found.rate)
     return laminate

@@ -14,7 +14,7 @@ from synth.arrays import Array, Mask
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.recordings import Recording
 from synth.fit.ridge import MISFIT
-from synth.remarks import at_joint
+from synth.remarks import Remark, at_joint
 from synth.units import significant
 
 # The samples' scatter is that about a smooth curve, which follows what lasts: it is no noise in a residual alone.
@@ -25,6 +25,11 @@ MOST_OF_NOISE = 6.0
 # Of the motion's RMS, a residual from which the motion is not followed. What a lab's filter leaves of the noise
 # scatters a thousandth of its size, but is 0.3 deg in motions of some 6 deg.
 NOT_FOLLOWED = 0.1
+# Kind of the remark that a designed leg makes another motion at a joint than the scaled one.
+ANOTHER_MOTION = "another motion"
+# Of such a misfit, of one joint, as for a built leg: below the 3 deg of ``select.within``, which is of all joints
+# together.
+LEAST_OTHER = np.radians(2.0)
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 
 
@@ -67,14 +72,17 @@ def misfits(
 ) -> list[str]:
     """Sentences on the joints that ``lacks`` (n,) marks; plain RMS and samples' scatter in rad.
 
-    ``beyond`` (n,) : those whose misfit no noise explains, and none of the differences that intervals include.
+    ``beyond`` (n,) : those whose misfit no noise explains, and of recordings none of the differences that intervals
+    include.
     """
     leg, found = follower(options), list[str]()
     for (name, left), unexplained, wrong in zip(rms.items(), lacks.tolist(), beyond.tolist(), strict=True):
         if not unexplained:
             continue
         off, noise = (f"{significant(np.degrees(each), 2)} deg" for each in (left, scatter[name]))
-        if leg:
+        if leg and wrong and left > LEAST_OTHER:
+            found.append(_another_motion(name, f"{leg} comes no nearer to the scaled motion than {off} RMS"))
+        elif leg:
             text = f"{leg} comes no nearer to the scaled motion than {off} RMS, of which {noise} are its noise"
             found.append(at_joint(name, text, "note"))
         else:
@@ -88,3 +96,13 @@ def misfits(
             else:
                 found.append(at_joint(name, f"{text} or next to it, or {LASTING_NOISE}"))
     return found
+
+
+def _another_motion(joint: str, text: str) -> Remark:
+    """That the leg does not make a joint's motion."""
+    text = f"{joint}: {text}, more than a tenth of that motion: the motion that is wanted of its parts is another one"
+    remedy = (
+        "Compare both on the page. Another scale: {time: ...}, or other links of the target (length, mass, com), bring "
+        "the robot's motion nearer."
+    )
+    return Remark(text, "decide", remedy, ANOTHER_MOTION, joint)

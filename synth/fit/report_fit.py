@@ -84,7 +84,7 @@ def result_of(
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped, noise = (_by_joint_name(names, each) for each in (left, scatter_as_recorded(recordings, scatter)))
     alike = _equal_pairs(model, recordings, fitted, misfit=bool(np.any(left > MISFIT * scatter)))
-    beyond = beyond_noise(recordings, left, scatter) & (not differ and fitted.error is None)
+    beyond = beyond_noise(recordings, left, scatter) & (options.wanted or (not differ and fitted.error is None))
     ridges, scale = (*fitted.softened, *(e.sentence for e in alike)), _mass_scale(unknowns, recordings, fitted, options)
     total, told = with_links_and_law(nones[mode].links, fitted.error, alone), _by_unknown(unknowns, joints[mode])
     known = Known(alone, total, chosen.values, offsets[mode], told, widths, fitted.least)

@@ -22,6 +22,7 @@ from synth.files.wanted_section import WantedCharacteristics
 from synth.fit.drives_off import drives_off_sentence
 from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.wanted_release import (
+    CHARACTERISTIC_ERROR,
     KEYS,
     LARGEST_EXCURSION,
     LEAST_SWING,
@@ -67,7 +68,7 @@ class WantedMotion:
         """A sentence on other legs that show the same, and one on each characteristic that differs from the request."""
         found = self._contradictions()
         found += [] if (off := drives_off_sentence(self.leg)) is None else [off]
-        found += [] if (others := other_legs_sentence(self.legs)) is None else [others]
+        found += [] if (others := other_legs_sentence(self.legs, self.asked)) is None else [others]
         for name, key, asked, shown in _pairs(self.asked, self.shown):
             if abs(shown / asked - 1.0) > UNREPORTED_MISS:
                 words = f"{_article(key)} {key.replace('_', ' ')}"
@@ -192,8 +193,8 @@ def _why(release: CharacteristicRelease, j: int) -> str:
     return f". Gravity alone swings it at {alone:.2g} Hz, and no spring makes that slower"
 
 
-def other_legs_sentence(legs: Sequence[Leg]) -> str | None:
-    """How far apart the spring rates of legs are that all show the wanted characteristics; None if they hardly are."""
+def other_legs_sentence(legs: Sequence[Leg], asked: Mapping[str, WantedCharacteristics]) -> str | None:
+    """How far apart the spring rates of legs are that all show the ``asked`` figures; None if they hardly are."""
     rates = np.array([leg.spring_rate for leg in legs])
     low, high = rates.min(axis=0), rates.max(axis=0)
     if np.all(high <= WORTH_NAMING * low):
@@ -202,12 +203,21 @@ def other_legs_sentence(legs: Sequence[Leg]) -> str | None:
         f"{name} {at:.3g} (from {least:.2g} to {most:.2g})"
         for name, at, least, most in zip(legs[0].joint_names, rates[0], low, high, strict=True)
     ]
-    moved = "the links move each other" if len(ends) > 1 else "a rise time fixes the damper for each spring, not both"
     return decisive(
-        f"wanted: {moved}, so many legs show these characteristics, each with its own dampers. The "
+        f"wanted: {_why_many(asked)}, so many legs show these characteristics, each with its own dampers. The "
         f"one given is the likeliest; its spring rates in N*m/rad, and those of the others: {', '.join(ends)}",
         remedy="A recording of the motion instead of its characteristics tells which of these legs it is",
     )
+
+
+def _why_many(asked: Mapping[str, WantedCharacteristics]) -> str:
+    """The reason why many legs show the figures that are asked."""
+    if len(asked) > 1:
+        return "the links move each other"
+    if any(len(AskedJoint(joint).measures) == 1 for joint in asked.values()):
+        return "a rise time fixes the damper for each spring, not both"
+    share = f"{CHARACTERISTIC_ERROR:.0%} of a figure are much of the spring"
+    return f"gravity holds the link more than its spring does: {share}"
 
 
 def with_other_legs(result: FitResult, legs: Sequence[Leg]) -> FitResult:

@@ -22,11 +22,12 @@ from synth.errors import Problem, UserError
 from synth.estimation.intervals import NORMAL90
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.current_zero import CurrentZero, current_zero
-from synth.hopper.fit_motor_response import INDUCTANCE, fit_response, moved_by_current, standard_deviations
+from synth.hopper.fit_motor_response import INDUCTANCE, moved_by_current, standard_deviations
 from synth.hopper.inductance_profile import inductance_profile
 from synth.hopper.motor_response import CONSTANTS
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.response_runs import response_runs
+from synth.hopper.speed_lag import SpeedLag, fit_with_lag
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running benefits from long ones
@@ -60,7 +61,7 @@ class IdentifiedConstant:
 class MotorEstimate:
     """Constants at the rotor, SI; ``not_determined``: what the runs leave open of them, and why.
 
-    ``current_zero`` : of the sensor, which is subtracted.
+    ``current_zero`` : of the sensor, which is subtracted. ``speed_lag`` : of the speed, which is undone.
     """
 
     resistance: IdentifiedConstant
@@ -72,6 +73,7 @@ class MotorEstimate:
     windows: int
     not_determined: tuple[str, ...] = ()
     current_zero: CurrentZero = field(default_factory=CurrentZero)
+    speed_lag: SpeedLag = field(default_factory=SpeedLag)
 
 
 def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEstimate:
@@ -100,7 +102,8 @@ def _by_response(
 ) -> MotorEstimate:
     """Constants from the simulated response, from a start near them; their intervals hold the error of ``zero``."""
     responses = [part for run in runs for part in response_runs(run, ratio)]
-    fit, best = fit_response(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
+    fitted = fit_with_lag(responses, np.array([getattr(near, name).value for name in CONSTANTS]))
+    fit, best = fitted.fit, fitted.best
     for name, deviation in zip(CONSTANTS, standard_deviations(fit, best).tolist(), strict=True):
         if name in POSITIVE and deviation > UNKNOWN_DEVIATION:
             text = f"the runs do not determine the {name.replace('_', ' ')}: record run-ups from rest"
@@ -117,7 +120,13 @@ def _by_response(
     }
     low, high = profile.interval
     text = f"inductance: the runs show only that it is below {1e3 * high:.3g} mH; record more samples a second"
-    return MotorEstimate(**found, windows=near.windows, not_determined=() if low > 0.0 else (text,), current_zero=zero)
+    return MotorEstimate(
+        **found,
+        windows=near.windows,
+        not_determined=() if low > 0.0 else (text,),
+        current_zero=zero,
+        speed_lag=fitted.lag,
+    )
 
 
 def _weighted_windows(run: HopperRecording, ratio: float, width: float) -> Array:

@@ -31,7 +31,8 @@ def _estimate(found: IdentifiedConstant, unit: str) -> dict[str, Any]:
 
 def motor_json(found: MotorEstimate) -> dict[str, Any]:
     """Constants at the rotor with intervals."""
-    zero = found.current_zero
+    zero, lag = found.current_zero, found.speed_lag
+    notes = [text for text in (zero.sentence, lag.sentence) if text]
     return {
         "motor": {
             "resistance": _estimate(found.resistance, "ohm"),
@@ -42,9 +43,9 @@ def motor_json(found: MotorEstimate) -> dict[str, Any]:
             "rotor_inertia": _estimate(found.rotor_inertia, "kg*m^2"),
         },
         "windows": found.windows,
-        **(
-            {"current_zero": quantity(zero.value, "A", zero.interval90), "notes": [zero.sentence]} if zero.value else {}
-        ),
+        **({"current_zero": quantity(zero.value, "A", zero.interval90)} if zero.value else {}),
+        **({"speed_lag": quantity(lag.seconds, "ms")} if lag.seconds else {}),
+        **({"notes": notes} if notes else {}),
         **({"not_determined": list(found.not_determined)} if found.not_determined else {}),
     }
 

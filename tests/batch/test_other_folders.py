@@ -116,7 +116,10 @@ def test_a_folder_of_designs_lists_the_infeasible_ones(
                 "damper": {"part": "6597K19"},
             }
         },
-        "response": {"wanted_to_built": {"rms": quantities, "joints": {"knee": quantities}}},
+        "response": {
+            "wanted_to_built": {"rms": quantities, "joints": {"knee": quantities}},
+            "animal_to_wanted": {"joints": {"knee": quantities}, "another_motion": ["knee"]},
+        },
         "solids": {
             "drawn": False,
             "checks": [{"passed": False, "text": "knee: the pin is weak"}, {"passed": True, "text": "fine"}],
@@ -142,4 +145,6 @@ def test_a_folder_of_designs_lists_the_infeasible_ones(
     ]  # fmt: skip
     text = " ".join(page_of(tmp_path / "out" / "report.html")[1].text.split())
     assert "The joints of first fail a check" in text
+    assert "The links of first do not make the animal's motion" in text
+    assert [row["animal's motion"] for row in rows] == ["another", ""]
     assert "knee: the pin is weak" in text

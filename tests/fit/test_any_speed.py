@@ -152,6 +152,21 @@ def test_limbs_share_the_unit_of_a_second() -> None:
     assert stepped_unit([0.0016, 0.0014, 0.02]) == pytest.approx(0.05)
     assert stepped_unit([0.3]) == pytest.approx(20.0)
     assert stepped_unit([]) == 1.0
+    # A whole leg of a human, at 0.6 Hz, and twice the fastest limb: no more than half a step off.
+    assert stepped_unit([0.134]) == pytest.approx(np.sqrt(20.0))
+    assert stepped_unit([0.0027]) == pytest.approx(1.0 / np.sqrt(20.0))
+
+
+def test_a_hand_at_a_leg_as_slow_as_a_humans_is_cut() -> None:
+    """Its unit was 20 s, for which 2.5 s were too short a recording: the damper was 21 % too weak."""
+    link = Link(0.85, 10.0, 0.38, 0.55)
+    joint = Joint("hip", link, 0.0, 1, None, Spring(6.0, 0.0), Damper(0.6))
+    leg, times = Leg("whole leg", (joint,)), np.arange(0.0, 2.5, 1.0 / 60.0)
+    torque = np.where(times < 0.3, 6.0, 0.0)[:, None]
+    trials = swings(leg, times, np.array([[-40.0], [-30.0], [-25.0]]), torque)
+    result = fit_leg(bare(leg), recordings(bare(leg), trials), LegFitOptions(release="free"))
+    assert 0.25 < result.cut < 0.9
+    assert result.joints["hip"].damper_rate.value == pytest.approx(0.6, rel=0.03)
 
 
 @pytest.mark.parametrize(("place", "what"), [(0, "spring rate"), (1, "free angle"), (2, "damper rate")])

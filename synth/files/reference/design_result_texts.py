@@ -142,6 +142,10 @@ DESIGN = {
     "damper_laws.NAME.laws[].used": "Whether this law is used.",
     "response.wanted_to_built.rms": "RMS difference between the built leg's angles and the wanted ones.",
     "response.wanted_to_built.joints.NAME": "The same for one joint.",
+    "response.animal_to_wanted.joints.NAME": "RMS difference between the animal's motion, scaled in time, and the "
+    "wanted one, which the robot's links make with the wanted spring and damper.",
+    "response.animal_to_wanted.another_motion[]": "Joint whose wanted motion is another one than the animal's: the "
+    "robot's links do not make it, whatever spring and linear damper they have.",
     **{
         f"response.forecast.{key}": f"With the springs in hand as measured, others as they come. {text}"
         for key, text in (_FORECAST | _ASSUMED).items()

@@ -106,7 +106,8 @@ KEYS: dict[str, str] = {
     "import.time": "The clock's column.",
     "import.frame_rate": "Camera frame rate, if the file has no clock.",
     "import.joints": "Joint -> column that holds its angle.",
-    "import.points": "The joints' points, proximal to distal, then the tip.",
+    "import.points": "The joints' points, proximal to distal, then the tip. `origin` is a first one that stays "
+    "where the coordinates are 0 and was not tracked.",
     "import.individual": "Which animal, track or pose of a camera, if the file has several.",
     "import.likelihood": "Points less likely than this are missing. Left out: of DeepLabCut those below 0.6, of others "
     "none, and a note says how many are below 0.6.",

@@ -165,6 +165,7 @@ LEGS = {
     "legs[].joints.NAME.damper": "Catalogue part.",
     "legs[].rms": "RMS difference between the built leg's angles and the wanted ones.",
     "legs[].joint_rms.NAME": "The same for one joint.",
+    "legs[].another_motion": "Joints whose wanted motion is not the animal's, which the robot's links do not make.",
     "legs[].drawn": "Whether its joints are drawn and exported.",
     "legs[].failed_checks": "Checks of the drawn joints that failed; then no solid is exported.",
 }

@@ -46,7 +46,8 @@ KEYS: dict[str, str] = {
     "hopper_leg.stop_rate": "The stop's stiffness.",
     "hopper_leg.stop_dissipation": "The stop's dissipation.",
     "hopper_leg.gravity": "Gravity, downward.",
-    "laminate.bending": "CSV of torque and bending angle of a link, from which its rate is estimated.",
+    "laminate.bending": "CSV of torque and bending angle of a link, from which its rate is estimated, of loading "
+    "alone or with the way back, in order.",
     "laminate.links": "Mass and bending from a measured link, or from the cross-section (`strip`), beside which "
     "no key of a measured link may stand.",
     "laminate.reference_length": "Length of the link that was measured.",

@@ -278,8 +278,15 @@ def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Channels, Log
 def _points_instead(source: Channels, leg: Leg, problems: list[Problem]) -> list[Problem]:
     """Where columns of angles are missing from a CSV of points: how to name those."""
     points = points_in_columns(source.names)
-    if not problems or len(points) <= len(leg.joints):
+    if not problems or len(points) < len(leg.joints):
         return []
+    if len(points) == len(leg.joints):
+        text = (
+            f"its columns hold points ({name_list(points)}): if they are of the leg, whose first joint stays where the "
+        )
+        return [
+            Problem(f"{text}coordinates are 0, write points: [origin, {', '.join(points)}] (--points)", source.name)
+        ]
     text = f"its columns hold points ({name_list(points)}): if they are of the leg, name them, proximal to distal and "
     return [Problem(f"{text}then the tip: points: [{', '.join(leg.joint_names)}, tip] (--points)", source.name)]
 

@@ -27,6 +27,7 @@ _AFTER = re.compile(rf"(?P<name>.*[^\s_./:-])[\s_./:-]+(?P<part>[xyz]|{'|'.join(
 _CAPITAL = re.compile(r"(?P<name>.*[a-z0-9])(?P<part>[XYZ])")
 _BEFORE = re.compile(r"(?P<part>[xyz])(?:[\s_./:-]+(?P<name>.+)|(?P<number>\d+))", re.IGNORECASE)
 
+ALONE = "point"  # the name of the only point, where the columns are x and y
 FRACTIONS = (
     "its coordinates lie between 0 and 1 and have no unit: fractions of the picture's width and height, as MediaPipe "
     "gives them, make wrong angles unless the picture is square. Multiply x by the width and y by the height in pixels"
@@ -87,6 +88,9 @@ def _parts(names: Sequence[str]) -> tuple[dict[str, dict[str, int]], list[str]]:
         last = behind is not None and behind.end() == len(title)
         units.append(behind[1] if last and behind is not None else "")
         plain = title[: behind.start()] if last and behind is not None else title
+        if plain.strip().casefold() in ("x", "y", "z"):  # of the only point, which has no name
+            found.setdefault(ALONE, {}).setdefault(plain.strip().casefold(), index)
+            continue
         match = _AFTER.fullmatch(plain) or _CAPITAL.fullmatch(plain) or _BEFORE.fullmatch(plain)
         if match:
             given = match.groupdict()

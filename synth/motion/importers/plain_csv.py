@@ -30,6 +30,7 @@ from synth.motion.importers.registry import UTF_16, loader, text_start
 from synth.motion.importers.text_clock import text_clock
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
+CLOCKS = ("t", "time")  # names of the first column below a name that stands alone
 TRIED = 20  # lines, header included, by which the separator is chosen
 COMMENTS = ("#", "%", "//")
 _MARK = re.compile(r"\s*(?:#+|%+|//+)\s*")  # with which a comment begins
@@ -73,7 +74,7 @@ def csv_channels(path: Path, name: str) -> Channels:
     if numbered and _holds_numbers(numbered[0][1], separator):
         numbered = [*_commented_header(lines[begin:above], numbered[0], separator, name), *numbered]
     rows, numbers = [row for _, row in numbered], [line for line, _ in numbered]
-    if len(rows) > 2 and (merged := _of_two_rows(rows[0], rows[1])):
+    if len(rows) > 2 and (merged := _of_two_rows(rows[0], rows[1]) or _below_a_name(rows[0], rows[1])):
         rows, numbers = [merged, *rows[2:]], [numbers[0], *numbers[2:]]
     if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))
@@ -114,6 +115,19 @@ def _of_two_rows(names: list[str], parts: list[str]) -> list[str]:
         found.append(f"{over}_{part}" if axis and over else part or name or "")
     count = sum(each.strip().casefold() in ("x", "y", "z") for each in parts)
     return found if count >= 4 else []  # x and y of two points
+
+
+def _below_a_name(names: list[str], titles: list[str]) -> list[str]:
+    """The header below the name of what was tracked, which alone stands above it; else empty.
+
+    ``mass_A`` over ``t,x,y``, as Tracker exports a mass, becomes ``t,mass_A_x,mass_A_y``.
+    """
+    name, titles = names[0].strip(), [each.strip() for each in titles]
+    if not name or any(each.strip() for each in names[1:]) or title_and_unit(titles[0])[0].casefold() not in CLOCKS:
+        return []
+    if not {"x", "y"} <= {each.casefold() for each in titles}:
+        return []  # a remark above a header
+    return [f"{name}_{each}" if each.casefold() in _COORDINATES else each for each in titles]
 
 
 def _told_separator(lines: list[str], name: str) -> str | None:
@@ -193,10 +207,12 @@ def _separator(lines: list[str], name: str) -> str:
             rows = [row for _, row in csv_rows("".join(lines), name, separator=separator)]
         except UserError:
             continue  # a cell is too long; the right separator's error is raised when the whole file is read
-        if rows and len(rows[0]) > 1:
+        heads = rows[: 2 if rows and len(rows[0]) == 1 else 1]  # a name may stand alone above the header
+        width = max(map(len, heads), default=0)
+        if width > 1:
             cells = [cell for row in rows[1:] for cell in row if cell.strip().casefold() not in MISSING]
             numbers = sum(_number(cell, separator) is not None for cell in cells)
-            scores[separator] = 2 * numbers - len(cells), len(rows[0])
+            scores[separator] = 2 * numbers - len(cells), width
     return max(scores, key=scores.__getitem__, default=",")
 
 

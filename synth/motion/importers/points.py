@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ STRETCH = 0.2  # of a link's length; with a larger deviation a point is misplace
 SPREADS = 6.0  # robust standard deviations of the link's length, required too
 MISMATCH = 0.25  # of a link's length against the leg file's, both relative to the whole leg
 TILTED = np.radians(15.0)  # out of the plane, smallest reported value
+ORIGIN = "origin"  # the coordinates' zero as a point: a first joint that does not move, and was not tracked
 _AXIS = re.compile(r"([+-]?)([xyz])")
 
 
@@ -50,7 +51,7 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> TrackedAngles:
     ------
     UserError : missing or too few points, no clock, a needless or missing plane.
     """
-    clock = _clock(markers, mapping)
+    clock, markers = _clock(markers, mapping), _with_origin(markers, mapping)
     chosen = _chosen_points(markers, leg, mapping)
     notes = [*clock.notes, *markers.notes]
     space = _restore_sides(markers, chosen, clock.time, notes)
@@ -90,6 +91,15 @@ def _clock(markers: Markers, mapping: Mapping) -> LogClock:
         text += "For slow-motion video this is the rate of filming, not of playback"
         raise UserError(Problem(text, markers.name))
     return log_clock(markers.frames / rate, 1.0)
+
+
+def _with_origin(markers: Markers, mapping: Mapping) -> Markers:
+    """The points with ``ORIGIN`` among them, where it is asked for as the first and the file tracks no such point."""
+    if not mapping.points or mapping.points[0] != ORIGIN or ORIGIN in markers.names:
+        return markers
+    fixed = np.zeros_like(markers.positions[:, :1])
+    names = (*markers.names, ORIGIN)
+    return replace(markers, names=names, positions=np.concatenate([markers.positions, fixed], axis=1))
 
 
 def _chosen_points(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:

@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.errors import UserError
 from synth.files.import_mapping import Mapping
 from synth.motion.importers.convert import ImportedRecording, import_file
+from synth.swing.leg_model import Joint, Leg, Link
 
 TIME, MEASURED = angles()
 PLACES = points(MEASURED)  # m, z up
@@ -161,3 +162,37 @@ def test_fractions_of_a_pictures_sides_are_told(tmp_path: Path) -> None:
         places = (DOWN - low) / (wide - low) * [640.0, 360.0] / size
         found = imported(tmp_path / "a.csv", table(head, with_time(places)), plane=("x", "-y"))
         assert any("fractions of the picture" in note for note in found.notes) == told
+
+
+# The first samples of ``report2/8047.txt`` of github.com/jiarui-wen/PHY180-Pendulum-Project: a bob in Tracker's
+# coordinates, in m from the pivot, rounded.
+BOB = """0 0.41439 -1.4155
+0.033333 0.41161 -1.4153
+0.066667 0.40592 -1.4162
+0.1 0.39751 -1.4188
+0.13333 0.38699 -1.4215
+0.16667 0.37256 -1.4246
+0.2 0.35514 -1.4292
+0.23333 0.33581 -1.4331
+0.26667 0.31319 -1.4376
+0.3 0.28807 -1.4414
+0.33333 0.26072 -1.446
+0.36667 0.23319 -1.4506
+0.4 0.2032 -1.4548"""
+
+
+@pytest.mark.parametrize(
+    ("heads", "point"),
+    [(["t [s]\tx\ty"], "point"), (["mass_A\t\t", "t [s]\tx\ty"], "mass_A"), (["A", "t [s]\tx\ty"], "A")],
+)
+def test_a_bob_alone_hangs_from_the_origin(tmp_path: Path, heads: list[str], point: str) -> None:
+    """As Tracker exports one mass: there was no point that one could name for the pivot."""
+    path = tmp_path / "8047.txt"
+    path.write_text("\n".join([*heads, BOB.replace(" ", "\t")]) + "\n")
+    pivot = Leg("bob", (Joint("pivot", Link(1.475, 0.2, 1.47, 1e-4)),))
+    found = import_file(path, pivot, Mapping(points=("origin", point), plane=("x", "y")), name="8047.txt", cut="keep")
+    bob = np.array(BOB.split(), float).reshape(-1, 3)
+    np.testing.assert_allclose(found.time, bob[:, 0], atol=1e-12)
+    np.testing.assert_allclose(found.angles[:, 0], np.arctan2(bob[:, 1], -bob[:, 2]), atol=1e-9)
+    with pytest.raises(UserError, match=rf"write points: \[origin, {point}\]"):
+        import_file(path, pivot, Mapping(), name="8047.txt", cut="keep")
