@@ -27,8 +27,8 @@ MOST_OF_NOISE = 6.0
 NOT_FOLLOWED = 0.1
 # Kind of the remark that a designed leg makes another motion at a joint than the scaled one.
 ANOTHER_MOTION = "another motion"
-# Of such a misfit, of one joint, as for a built leg: below the 3 deg of ``select.within``, which is of all joints
-# together.
+# Of such a misfit, of one joint, as for a built leg: below the 3 deg that a design is to keep, which are of all
+# joints together.
 LEAST_OTHER = np.radians(2.0)
 LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit: a few counts of a coarse encoder
 
