@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from synth.diagnosis.plants.swinging_chain.gear_changes import gear_changes
 from synth.diagnosis.plants.swinging_chain.input_changes import input_changes
 from synth.diagnosis.plants.swinging_chain.leg_changes import leg_changes
 from synth.drives.servo import Servo
@@ -178,6 +179,7 @@ def column_changes(leg: Leg, trials: Sequence[Trial]) -> list[Change]:
             made.append(_inverted(names, j, "looks inverted"))
     commanded = [j for j, name in enumerate(names) if input_column(leg, trials, j) == f"{name} command"]
     made += [*_absolute_angles(leg), *_changes_of_unit(names, commanded), *input_changes(leg, trials)]
+    made += gear_changes(leg, [input_column(leg, trials, j) for j in range(len(names))])
     return [*made, *leg_changes(leg)]
 
 
