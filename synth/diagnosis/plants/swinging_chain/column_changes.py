@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from synth.diagnosis.plants.swinging_chain.gear_changes import gear_changes
 from synth.diagnosis.plants.swinging_chain.input_changes import input_changes
 from synth.diagnosis.plants.swinging_chain.leg_changes import leg_changes
 from synth.drives.servo import Servo
@@ -171,13 +172,14 @@ def column_changes(leg: Leg, trials: Sequence[Trial]) -> list[Change]:
         for i, j in combinations(range(len(names)), 2)
     ]
     for j in range(len(names)):
-        column = _input_column(leg, trials, j)
+        column = input_column(leg, trials, j)
         if column:
             made += _changes_of_driven_joint(names, j, column)
         else:
             made.append(_inverted(names, j, "looks inverted"))
-    commanded = [j for j, name in enumerate(names) if _input_column(leg, trials, j) == f"{name} command"]
+    commanded = [j for j, name in enumerate(names) if input_column(leg, trials, j) == f"{name} command"]
     made += [*_absolute_angles(leg), *_changes_of_unit(names, commanded), *input_changes(leg, trials)]
+    made += gear_changes(leg, [input_column(leg, trials, j) for j in range(len(names))])
     return [*made, *leg_changes(leg)]
 
 
@@ -267,7 +269,7 @@ def _changes_of_driven_joint(names: Sequence[str], j: int, column: str) -> list[
     ]
 
 
-def _input_column(leg: Leg, trials: Sequence[Trial], j: int) -> str:
+def input_column(leg: Leg, trials: Sequence[Trial], j: int) -> str:
     """The column that drives a joint in some trial; empty if it is free in all."""
     name, drive = leg.joint_names[j], leg.joints[j].drive
     for trial in trials:
