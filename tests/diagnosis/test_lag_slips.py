@@ -65,6 +65,21 @@ def test_one_recording_alone_may_be_on_another_clock() -> None:
     assert finding.remedy.endswith("; of these recordings only: others fit as they are")
 
 
+@pytest.mark.parametrize(("lags", "told"), [((0.0, 0.0, 0.7), False), ((0.0, 0.7, 0.7), True)])
+def test_one_lag_among_recordings_of_another_fault_may_be_chance(lags: tuple[float, ...], told: bool) -> None:
+    """Those without a lag follow another torque than the column says, which no change of columns explains."""
+    trials = pushed(SPRUNG, lags)
+    for k, lag in enumerate(lags):
+        if not lag:
+            wandering = 0.03 * np.cumsum(np.random.default_rng(k + 5).standard_normal(len(TIME)))
+            trials[k] = replace(trials[k], torques=wandering[:, None])
+    lagging = [finding for finding in found(SPRUNG, trials) if "against the angles" in finding.text]
+    assert bool(lagging) == told
+    if told:
+        assert "1.csv" in lagging[0].recording
+        assert "2.csv" in lagging[0].recording
+
+
 def test_of_a_steady_sinusoid_no_lag_is_told() -> None:
     """A period more or less fits as well, and so does another damper or spring."""
     leg = HANGING.with_joints(knee={"damper": Damper(rate=0.05)})
