@@ -15,6 +15,9 @@ from synth.estimation.linearisation import LinearisedNormal
 from synth.estimation.unknown_size import UnknownSize
 
 DIVERGED_ERROR = 1e4  # times the noise, error of a diverged motion
+# Rad, the largest error that counts where it is more than that: of readings whose noise a filter took away, as of a
+# simulation's, every error of a real leg is more than 1e4 times the noise, and all causes would be alike.
+DIVERGED_ANGLE = 0.5
 
 
 @dataclass(frozen=True)
@@ -39,9 +42,10 @@ def finite_residual(residual: Array) -> Array:
     return np.nan_to_num(residual, nan=DIVERGED_ERROR, posinf=DIVERGED_ERROR, neginf=-DIVERGED_ERROR)
 
 
-def bounded_residual(residual: Array) -> Array:
-    """The residual (m,), at most ``DIVERGED_ERROR`` in either direction, as where it is not finite."""
-    return np.clip(finite_residual(residual), -DIVERGED_ERROR, DIVERGED_ERROR)
+def bounded_residual(residual: Array, noise: Array) -> Array:
+    """The residual (m,), in units of its noise (m,) rad, bounded in either direction, and so where it is not finite."""
+    most = np.maximum(DIVERGED_ERROR, DIVERGED_ANGLE / noise)
+    return np.clip(np.nan_to_num(residual, nan=np.inf), -most, most)
 
 
 def evaluated_without_fold(bench: Workbench, fit: F) -> F:

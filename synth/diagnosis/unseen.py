@@ -181,7 +181,8 @@ def block_errors(bench: Workbench, index: int, residual: Array) -> tuple[Array, 
     where = trial.counts
     scale = np.broadcast_to(bench.tempering(trial), where.shape)
     floors = np.zeros(where.shape)
-    floors[where] = bounded_residual(residual[: where.sum()] * scale[where])
+    noise = np.broadcast_to(bench.noise, where.shape)[where]
+    floors[where] = bounded_residual(residual[: where.sum()] * scale[where], noise)
     counts = np.array([part.sum() for part in np.array_split(where, BLOCKS_A_TRIAL)], dtype=float)
     squares = np.array([part.sum() for part in np.array_split(floors**2, BLOCKS_A_TRIAL)]) / np.maximum(counts, 1.0)
     channels = [floors[where[:, j], j] for j in trial.free if where[:, j].any()]

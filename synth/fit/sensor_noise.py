@@ -129,8 +129,8 @@ def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     behind = [_behind_filter(recordings, j, float(noise[j]), float(step[j])) for j in range(n)]
     shown = tuple(j for j, seen in enumerate(behind) if seen)
     neighbours = noise
-    noise = _noise_of_filtered(recordings, noise, step, scatter, exact)
-    noise = np.array([own if seen is None else max(own, seen.noise) for own, seen in zip(noise, behind, strict=True)])
+    through = np.array([0.0 if seen is None else seen.noise for seen in behind])
+    noise = _noise_of_filtered(recordings, noise, step, scatter, exact, through)
     scatter = np.maximum(scatter, noise / neighbours)
     filters = tuple(
         seen.filter if seen else filter_with_ratio(white_part, DIFFERENCE_ORDER)
@@ -197,21 +197,24 @@ def _only_rounding(recordings: Sequence[Recording], noise: Array, step: Array) -
 
 
 def _noise_of_filtered(
-    recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array, exact: Mask
+    recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array, exact: Mask, by_spectrum: Array
 ) -> Array:
     """(n,) rad: the noise, for filtered channels what the filter let through.
 
-    Readings without any noise but rounding from one to the next were filtered for sure: where no plateau shows what the
-    filter let through, it is that of the other channels, or the scatter about a smooth motion, which is less.
+    Where neither a plateau nor the spectrum shows that of filtered readings, because the motion goes on up to the
+    filter's edge, it is that of the other channels: the differences tell only what is left above the edge, of one joint
+    a thirtieth of what they tell of another with the same sensor. Without any other it is the scatter about a smooth
+    motion, of several joints its geometric mean.
     ``exact`` (n,) : from one reading to the next there is only rounding; a smooth motion may follow filtered noise,
-    without any scatter.
+    without any scatter. ``by_spectrum`` (n,) rad, 0 where it shows none.
     """
-    let = np.zeros(len(noise))
+    let = by_spectrum.copy()
     for j in np.flatnonzero((scatter >= DOUBTFUL_RATIO) | exact).tolist():
-        let[j] = _noise_through_filter(recordings, j, float(step[j]))
-    usual = float(np.median(let[let > 0.0])) if (let > 0.0).any() else 0.0
-    unseen = (scatter >= FILTERED_RATIO) & (let == 0.0) & (noise <= _most_rounding(step))
-    let[unseen] = np.maximum(usual, (scatter * noise)[unseen])
+        let[j] = max(let[j], _noise_through_filter(recordings, j, float(step[j])))
+    unseen = (scatter >= FILTERED_RATIO) & (let == 0.0)
+    if unseen.any():
+        about = float(np.exp(np.mean(np.log((scatter * noise)[unseen]))))
+        let[unseen] = np.median(let[let > 0.0]) if (let > 0.0).any() else about
     return np.maximum(noise, let)
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from synth.planting.effect_makers import EFFECTS, EFFECTS_AT_BASE
 from synth.planting.explained_gap import PlainFit, PlainModel
 from synth.planting.forms import Form, Scale
-from synth.planting.model import Array, Truth
+from synth.planting.model import Array, Law, Truth
 from synth.planting.refusals import NotApplicable, TooSmall
 from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import ENCODER_COUNTS, SENSOR_NOISES, Setup
 from synth.planting.simulation import Motion, fastest, release
+from synth.planting.torque_laws import CROSS, FADING_DAMPER, PLATEAU
 
 
 @dataclass(frozen=True)
@@ -231,8 +232,9 @@ def combined(setup: Setup, causes: Sequence[PlantedCause]) -> tuple[Truth, Plant
 
     Raises
     ------
-    NotApplicable : two causes each have a moving mount.
+    NotApplicable : two causes each have a moving mount, or together take more than a joint's damper.
     """
+    _check_dampers(setup, causes)
     truth, sensor = Truth(setup.true), PlantedSensor.good(setup.true.n)
     for cause in causes:
         t, s = cause.form.build(cause.size)
@@ -265,3 +267,30 @@ def combined(setup: Setup, causes: Sequence[PlantedCause]) -> tuple[Truth, Plant
             sensor.drops + s.drops,
         )
     return truth, sensor
+
+
+def _check_dampers(setup: Setup, causes: Sequence[PlantedCause]) -> None:
+    """Raise if causes together take more of a joint's damper than there is: it would drive the joint.
+
+    A damper of half its rate and shear thinning, each 0.2 deg of gap alone, made a leg that swung by itself.
+    """
+    taken = np.zeros(setup.true.n)
+    for cause in causes:
+        truth, _ = cause.form.build(cause.size)
+        rate, less = setup.true.of("damper"), truth.leg.of("damper")
+        taken += np.where(rate > 0.0, 1.0 - less / np.where(rate > 0.0, rate, 1.0), 0.0).clip(min=0.0)
+        for law in truth.laws:
+            taken[law.joint] += _weakening(law, cause.size)
+    if np.any(taken > 1.0):
+        raise NotApplicable("two causes take more than the damper")
+
+
+def _weakening(law: Law, size: float) -> float:
+    """Share of the damper that a law takes at the largest speed, ``size`` times that at which it begins."""
+    if law.law == FADING_DAMPER:
+        return law.par[1]
+    if law.law == CROSS:
+        return float(1.0 - 1.0 / (1.0 + size ** law.par[2]))
+    if law.law == PLATEAU:
+        return float(1.0 - min(1.0, size ** (law.par[2] - 1.0)))
+    return 0.0

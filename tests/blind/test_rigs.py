@@ -20,9 +20,11 @@ from blind.rig_score import right, scores
 from blind.views import View
 from blind.writing import write_case
 from synth.files.gap_project import read_gap_project
-from synth.planting import joint_effects
+from synth.planting import joint_effects, parameter_errors
+from synth.planting.effect_size import PlantedCause, combined
 from synth.planting.forms import Scale
 from synth.planting.model import PlantedLeg, PlantedTrial, Truth
+from synth.planting.refusals import NotApplicable
 from synth.planting.simulation import release, swing
 from synth.planting.unlisted_effects import UNLISTED_EFFECTS
 from synth.swing.effects import registered
@@ -45,6 +47,22 @@ def test_a_planted_bearing_s_radius_follows_the_leg_s_gravity() -> None:
         forms = [joint_effects.load_friction(np.random.default_rng(seed), setup, scale, 0) for seed in range(8)]
         most.append(next(form.largest for form in forms if form.name == "bearing, sticking"))
     assert most == pytest.approx([0.5 * 0.04 / (0.5 * 9.81), 0.5 * 0.04 / (0.5 * 1.62), 0.25 * 0.2])
+
+
+def test_causes_that_take_more_than_the_damper_are_no_rig() -> None:
+    """Half of the rate and thinning to a seventh, each 0.2 deg of gap alone, made a knee that swung by itself."""
+    setup: Any = SimpleNamespace(true=a_joint())
+    scale = Scale(*np.full((5, 1), 1.0), slow=20.0)
+
+    def planted(maker: Any, name: str, size: float) -> PlantedCause:
+        forms = (maker(np.random.default_rng(seed), setup, scale, 0) for seed in range(20))
+        form = next(f for f in forms if (f.name == name and "rate" not in f.tell(0.1)) or f.tell(0.1)["rate"] < 0.02)
+        return PlantedCause(name, 0, 1.0, 1.0, form, size)
+
+    half = planted(parameter_errors.viscous_damping, "another rate", 0.5)
+    combined(setup, [half, planted(joint_effects.thinning, "power law over plateau", 1.5)])
+    with pytest.raises(NotApplicable, match="more than the damper"):
+        combined(setup, [half, planted(joint_effects.thinning, "power law over plateau", 40.0)])
 
 
 def test_a_rotor_adds_to_the_joint_s_inertia() -> None:

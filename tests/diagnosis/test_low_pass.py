@@ -148,3 +148,15 @@ def test_a_filter_near_the_motion_is_told() -> None:
     assert [bool(filtered_words(j, found)) for j in range(2)] == [True, True]
     raw, _ = read(lambda angles: angles, np.radians(0.02), digits=3)
     assert [filtered_words(j, estimate_sensor(raw)) for j in range(2)] == ["", ""]
+
+
+@pytest.mark.parametrize(("rate", "cutoff", "noise"), [(60.0, 0.1, 0.01), (60.0, 0.2, 0.002), (80.0, 0.1, 0.01)])
+def test_where_the_motion_reaches_the_edge_joints_of_one_sensor_have_one_noise(
+    rate: float, cutoff: float, noise: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Differences gave 0.017 and 0.043 of it (60 Hz, 0.01 deg), 0.007 and 0.29 (80 Hz): the first joint ruled alone."""
+    monkeypatch.setattr("diagnosis.test_low_pass.TIME", np.arange(0.0, 2.0, 1.0 / rate))
+    made, true = read(edge(2, cutoff), np.radians(noise))
+    found = estimate_sensor(made).noise
+    assert found[0] == pytest.approx(found[1])
+    assert 0.15 * true < found[0] < 2.6 * true

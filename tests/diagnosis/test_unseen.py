@@ -15,7 +15,7 @@ from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.cause_intervals import causes_of
 from synth.diagnosis.evaluated_hypothesis import EvaluatedHypothesis
 from synth.diagnosis.hypotheses import Assessment, Hypotheses, TrialErrors
-from synth.diagnosis.left_out_fold import DIVERGED_ERROR, finite_residual
+from synth.diagnosis.left_out_fold import DIVERGED_ANGLE, DIVERGED_ERROR, bounded_residual, finite_residual
 from synth.diagnosis.odds import CALIBRATED, far_share, posterior_weights, share_removed
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, natural_sizes_of
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
@@ -384,3 +384,13 @@ def test_a_remainder_larger_than_the_gap_is_said() -> None:
     assert Remainder.of(errors, "after", {}, {}).share == pytest.approx(1.5)
     none = replace(errors, squares={**squares, "before": counts * 1.04 * NOISE**2})  # no gap to speak of
     assert Remainder.of(none, "after", {}, {}).share == 1.0
+
+
+def test_errors_of_less_than_half_a_radian_are_told_apart_whatever_the_noise() -> None:
+    """A filter had left 8e-6 deg of noise: errors of 0.08 deg and of 20 deg counted alike, and every cause was tied."""
+    noise = np.full(4, np.radians(8e-6))
+    errors = np.radians([0.2, 20.0, 40.0, np.inf])
+    found = bounded_residual(errors / noise, noise) * noise
+    np.testing.assert_allclose(found, [np.radians(0.2), np.radians(20.0), DIVERGED_ANGLE, DIVERGED_ANGLE])
+    coarse = np.full(2, np.radians(0.1))
+    np.testing.assert_allclose(bounded_residual(np.array([1e5, np.nan]), coarse), DIVERGED_ERROR)
