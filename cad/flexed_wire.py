@@ -161,9 +161,7 @@ def _solve_together(
     return None
 
 
-def _in_turn(
-    steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array
-) -> Solution | None:
+def _in_turn(steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array) -> Solution | None:
     radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
 
     def shape(load: Array, points: Array) -> tuple[Array, Array]:

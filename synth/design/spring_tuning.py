@@ -65,7 +65,7 @@ class _Tuning:
     @property
     def n_lane(self) -> int:
         """Number of lanes; of more than sixteen every sixteenth is nominal."""
-        return self.plan.common.shape[1]
+        return int(self.plan.common.shape[1])
 
     def lanes(self, release: WantedRelease, values: Array) -> Array:
         """(n_row, n_lane) at some values (n_unknown,) of the unknowns, at the start of a release."""
