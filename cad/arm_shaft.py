@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal
 
 from synth.cad import kernel
@@ -121,6 +122,7 @@ def cross_hole(height: float, radius: float, reach: float, turn: float, start: f
     return kernel.cylinder(radius, reach - low, (low * x, low * y, height), (x, y, 0.0))
 
 
+@lru_cache(maxsize=256)  # a leg's parts ask for a dozen, each time that they are drawn or weighed
 def cross_volume(outer: float, inner: float, radius: float) -> float:
     """Volume (mm^3) that a cross hole of a radius takes from a tube of outer and inner radius.
 

@@ -20,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Solution = tuple[Array, Array]  # points (n, 2) mm, and the load (3,) over EI
 STEPS_A_TURN = 48  # with these the torque is within 2e-4 of the closed form (tests/cad/test_flexed_wire.py)
 STEPS_AN_ARM = 8  # as fine as the coil, of an arm about as long as the coil is wide
 LARGEST_STEP = 20.0  # deg, joint rotation from one solution to the next: Newton's method converges in 3 to 5 steps
 ROUNDS = 30  # Newton steps; it converges in 3 to 5, else the wire cannot be bent so far
 ASTRAY = 1e4  # mm, change of a round that does not converge
 SETTLED = 1e-9  # mm and rad, residual of a converged solution
+UNDER_WAY = 1e-2  # mm and rad, the same of one from which only the next is started
 
 
 @dataclass(frozen=True)
@@ -80,11 +82,17 @@ def flex_wire(radius: float, coils: float, arm: float, closing: float) -> Flexed
     free[STEPS_AN_ARM : STEPS_AN_ARM + n_coil] = 1.0 / radius
     unloaded = _points(steps, free, radius, arm)
     load, points = np.zeros(3), unloaded
-    for angle in _way(math.radians(closing)):
-        found = _solve_turn(steps, free, unloaded, points, load, angle)
+    way, before = _way(math.radians(closing)), (unloaded, load)
+    for number, angle in enumerate(way, start=1):
+        settled = SETTLED if number == len(way) else UNDER_WAY
+        # It starts as far beyond the last solution as that is beyond the one before it; if that is too far, there.
+        beyond = (2 * points - before[0], 2 * load - before[1])
+        found = _solve_turn(steps, free, unloaded, beyond, angle, settled)
+        if found is None:
+            found = _solve_turn(steps, free, unloaded, (points, load), angle, settled)
         if found is None:
             return None
-        points, load = found
+        before, (points, load) = (points, load), found
     middle = (points[1:] + points[:-1]) / 2
     curvature = free + load[0] + middle @ load[1:]
     lengths = np.concatenate([[0.0], np.cumsum(steps)])
@@ -110,9 +118,11 @@ def _points(steps: Array, curvature: Array, radius: float, arm: float) -> Array:
 
 
 def _solve_turn(
-    steps: Array, free: Array, unloaded: Array, points: Array, load: Array, angle: float
-) -> tuple[Array, Array] | None:
+    steps: Array, free: Array, unloaded: Array, start: Solution, angle: float, settled: float
+) -> Solution | None:
     """Points and load (3,) for which the far end has turned by ``angle`` rad about the axis; None without a solution.
+
+    ``settled`` mm and rad : the residual at which it is taken.
 
     Newton's method on the load, with the derivative for a wire that stays where it lies; where it lies follows in the
     same rounds. If that does not settle, because the wire is thin for its load, it is followed with each load.
@@ -120,13 +130,14 @@ def _solve_turn(
     c, s = math.cos(angle), math.sin(angle)
     x, y = unloaded[-1]
     wanted = np.array([angle, c * x - s * y, s * x + c * y])
-    found = _solve_together(steps, free, unloaded, points, load, wanted)
-    return found if found is not None else _in_turn(steps, free, unloaded, points, load, wanted)
+    found = _solve_together(steps, free, unloaded, start, wanted, settled)
+    return found if found is not None else _in_turn(steps, free, unloaded, *start, wanted)
 
 
 def _solve_together(
-    steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array
-) -> tuple[Array, Array] | None:
+    steps: Array, free: Array, unloaded: Array, start: Solution, wanted: Array, settled: float
+) -> Solution | None:
+    points, load = start
     radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
     for _ in range(ROUNDS):
         middle = (points[1:] + points[:-1]) / 2
@@ -136,7 +147,7 @@ def _solve_together(
         change, points = float(np.abs(moved - points).max()), moved
         if not change < ASTRAY:
             return None
-        if max(change, float(np.abs(residual).max())) < SETTLED:
+        if max(change, float(np.abs(residual).max())) < settled:
             return points, load
         # A change of curvature at a point turns the rest of the wire about it.
         middle = (points[1:] + points[:-1]) / 2
@@ -150,9 +161,7 @@ def _solve_together(
     return None
 
 
-def _in_turn(
-    steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array
-) -> tuple[Array, Array] | None:
+def _in_turn(steps: Array, free: Array, unloaded: Array, points: Array, load: Array, wanted: Array) -> Solution | None:
     radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
 
     def shape(load: Array, points: Array) -> tuple[Array, Array]:

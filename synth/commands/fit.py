@@ -31,11 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project and fit; write ``fit.json``, the fitted leg, responses and a report."""
-    from synth.commands.project_folder import only_for_folders, run_folder
+    from synth.commands.folder_options import only_for_folders
     from synth.files.paths import is_folder
 
     if is_folder(arguments.file):
         from synth.batch.one_fit import fits
+        from synth.commands.project_folder import run_folder
 
         not_for_folders(arguments)
         return run_folder(arguments, progress, fits())

@@ -57,7 +57,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
     """Every project in a folder, on all cores or on a cluster."""
     from synth.api.gap_folder import gaps
-    from synth.commands.project_folder import refuse_options, run_folder
+    from synth.commands.folder_options import refuse_options
+    from synth.commands.project_folder import run_folder
     from synth.errors import UserError
 
     refuse_options(arguments, ("check", "rehearse", "count", "keep"), "is a folder; this is for one project")

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read; then copy an earlier result of the same input, or fit, choose, draw and write."""
-    from synth.commands.project_folder import only_for_folders
+    from synth.commands.folder_options import only_for_folders
     from synth.files.paths import is_folder
 
     if is_folder(arguments.file):

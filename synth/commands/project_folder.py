@@ -37,28 +37,6 @@ CANNOT_BE_HAD, MISTAKE, INTERNAL = 1, 2, 70  # exit statuses, as in ``synth.cli`
 Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, TaskOutcome]]]
 
 
-def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:
-    """Refuse options that do not apply.
-
-    Raises
-    ------
-    UserError : one of them was given; ``why`` says what to do instead.
-    """
-    given = [name for name in names if getattr(arguments, name.replace("-", "_")) not in (None, False, [])]
-    if given:
-        raise UserError([Problem(f"{arguments.file} {why}", key=f"--{name}") for name in given])
-
-
-def only_for_folders(arguments: argparse.Namespace) -> None:
-    """Refuse ``--scheduler`` and ``--workers`` for a single project.
-
-    Raises
-    ------
-    UserError : one of them was given.
-    """
-    refuse_options(arguments, ("scheduler", "workers"), "is a single project; this applies to a folder of projects")
-
-
 def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTask) -> int:
     """Perform the task on every project of a folder; returns the exit status.
 

@@ -10,6 +10,7 @@ from math import inf
 import numpy as np
 
 from synth.design.response import WantedResponse
+from synth.design.spring_tuning import tuned_legs
 from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.parts.arrangement import Arrangement, arrangements
@@ -20,7 +21,6 @@ from synth.parts.rows import DamperRow
 from synth.parts.usable import offers
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
-from synth.threads import in_parallel
 
 DAMPERS_KEPT = 2  # dampers per joint in the combined choice for all joints
 ALONE = 16  # dampers per joint that are simulated, nearest torque first
@@ -194,7 +194,7 @@ def choose_dampers(
     ranked = _ranked(wanted, leg, candidates)
     joints = tuple(range(len(leg.joints)))
     sets = list(product(*(options[:DAMPERS_KEPT] for options in ranked)))
-    legs = in_parallel(lambda k: wanted.tuned(_with(leg, dict(enumerate(sets[k]))), joints), len(sets))
+    legs = tuned_legs(wanted, [_with(leg, dict(enumerate(each))) for each in sets], [joints] * len(sets))
     errors = wanted.overall(legs)
     order = np.argsort(errors, kind="stable")
     tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)
@@ -204,17 +204,10 @@ def choose_dampers(
 def _ranked(
     wanted: WantedResponse, leg: Leg, candidates: Sequence[Sequence[DamperOption]]
 ) -> list[tuple[DamperOption, ...]]:
-    """Each joint's candidates, best first, with their errors and the springs tuned to them.
-
-    The candidates are tuned in parallel: while one's motions are simulated, another's step is worked out.
-    """
+    """Each joint's candidates, best first, with their errors and the springs tuned to them."""
     places = [(j, k) for j, options in enumerate(candidates) for k in range(len(options))]
-
-    def tune(number: int) -> Leg:
-        j, k = places[number]
-        return wanted.tuned(_with(leg, {j: candidates[j][k]}), (j,))
-
-    of_place = dict(zip(places, in_parallel(tune, len(places)), strict=True))
+    legs = tuned_legs(wanted, [_with(leg, {j: candidates[j][k]}) for j, k in places], [(j,) for j, _ in places])
+    of_place = dict(zip(places, legs, strict=True))
     ranked = []
     for j, options in enumerate(candidates):
         tuned = [of_place[j, k] for k in range(len(options))]

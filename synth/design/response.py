@@ -10,16 +10,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.design.settled_pose import settled_pose
-from synth.fit.recordings import Recording
-from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.chain import Chain, Conditions, compiled_chain
-from synth.swing.leg_model import Leg, Spring
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, static_torque
-
-TUNING_STEPS = 8  # Gauss-Newton steps at most; a gain below ``TUNED`` ends them earlier
-TUNED_RELEASES = 7  # approximate number of releases that suffice to tune a spring; errors are computed over all
-TUNED = 0.02  # relative reduction of the squared error below which the steps end
 
 
 @dataclass(frozen=True)
@@ -93,75 +86,3 @@ class WantedResponse:
             rest = float(angle + needed / joint.spring.rate)
             joints.append(replace(joint, spring=replace(joint.spring, free_angle=joint.zero + joint.sign * rest)))
         return replace(leg, joints=tuple(joints))
-
-    def tuned(self, leg: Leg, joints: Sequence[int]) -> Leg:
-        """The leg with the spring rates and free angles of ``joints`` tuned to the wanted motion.
-
-        Gauss-Newton with step halving on the simulated motions. Used to rank dampers, each with the spring tuned to it.
-        """
-        unknowns = SpringsAndDampers(self.chain, leg, tuple(joints), tuple(joints), ())
-        model = TrajectoryModel(self.chain, leg, unknowns)
-        values = unknowns.pack(leg.spring_rate, leg.rest, np.zeros(len(leg.joints)))
-        residual, jacobian = self._linearised(model, values)
-        for _ in range(TUNING_STEPS):
-            step = _step(jacobian, residual)
-            if step is None:
-                break  # the leg is unchanged: its motion does not determine a step
-            for halving in range(3):
-                moved = np.clip(values + step * 0.5**halving, unknowns.lower, unknowns.upper)
-                new_residual, new_jacobian = self._linearised(model, moved)
-                if new_residual @ new_residual < residual @ residual:
-                    break
-            else:
-                break
-            gain = 1 - (new_residual @ new_residual) / (residual @ residual)
-            values, residual, jacobian = moved, new_residual, new_jacobian
-            if gain < TUNED:
-                break
-        natural = unknowns.natural(values)
-        changed = list(leg.joints)
-        for place, j in enumerate(joints):
-            rest = float(natural[len(joints) + place])
-            joint = leg.joints[j]
-            changed[j] = replace(joint, spring=Spring(float(natural[place]), joint.zero + joint.sign * rest))
-        return replace(leg, joints=tuple(changed))
-
-    def _linearised(self, model: TrajectoryModel, values: Array) -> tuple[Array, Array]:
-        """Residuals from the wanted motion and their Jacobian, over at most about ``TUNED_RELEASES`` releases."""
-        every = max(1, len(self.releases) // TUNED_RELEASES)
-        releases, motions = self.releases[::every], self.motions[::every]
-        residuals, jacobians = [], []
-        locals_ = [Local(r.rotation, r.rate, np.zeros_like(r.rate)) for r in releases]
-        found = model.evaluate_all([_as_recording(r) for r in releases], values, locals_)
-        for evaluation, wanted in zip(found, motions, strict=True):
-            assert evaluation.common is not None
-            difference = np.nan_to_num(evaluation.prediction - wanted, nan=np.pi)
-            residuals.append(difference.ravel())
-            jacobians.append(np.nan_to_num(evaluation.common).reshape(-1, len(values)))
-        return np.concatenate(residuals), np.concatenate(jacobians)
-
-
-def _step(jacobian: Array, residual: Array) -> Array | None:
-    """Damped Gauss-Newton step (n_unknown,); None if the motion does not determine one.
-
-    The derivatives of a diverging motion are so large that their squares overflow.
-    """
-    with np.errstate(all="ignore"):
-        normal, side = jacobian.T @ jacobian, jacobian.T @ residual
-    if not (np.all(np.isfinite(normal)) and np.all(np.isfinite(side))):
-        return None
-    damped = normal + np.diag(1e-4 * np.diag(normal) + 1e-12)
-    try:
-        # A logarithm of at most 0.7, a factor of two: beyond it the linearisation is invalid.
-        return np.asarray(np.clip(-np.linalg.solve(damped, side), -0.7, 0.7))
-    except np.linalg.LinAlgError:
-        return None
-
-
-def _as_recording(release: WantedRelease) -> Recording:
-    """A release in the form that the trajectory model takes; its samples are not used."""
-    from synth.motion.smoothing import Smoothed
-
-    empty = np.zeros((len(release.time), len(release.rotation)))
-    smoothed = Smoothed(release.time, empty, empty, empty[0], np.zeros(len(release.time), dtype=bool))
-    return Recording(release.name, release.time, empty, empty > 0, release.conditions, smoothed)

@@ -54,7 +54,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
-class _Plan:
+class LanePlan:
     """Perturbation of each lane, for one set of free joints.
 
     Lanes form groups of sixteen that step together, each with a nominal first. ``common`` (n_unknown, n_lane) and
@@ -74,7 +74,7 @@ class _Plan:
     square: tuple[Index, ...]
 
     @classmethod
-    def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int], unit: float) -> _Plan:
+    def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int], unit: float) -> LanePlan:
         """For a chain of ``n`` links, with the joints' rest angles at these indices among the unknowns; ``unit`` s."""
         rows = [*free, *[n + j for j in free]]
         count = n_common + len(rows)
@@ -99,7 +99,7 @@ class Sensitivity:
     """
 
     out: Array
-    plan: _Plan
+    plan: LanePlan
     shift: Array | None = None
 
     @property
@@ -137,7 +137,7 @@ class TrajectoryModel:
         self.chain, self.leg, self.unknowns = chain, leg, unknowns
         self.tolerance, self.max_steps = tolerance, max_steps
         self._base: dict[Conditions, Array] = {}
-        self._plans: dict[tuple[tuple[int, ...], float], _Plan] = {}
+        self._plans: dict[tuple[tuple[int, ...], float], LanePlan] = {}
 
     def at_tolerance(self, tolerance: float, max_steps: int | None = None) -> TrajectoryModel:
         """The same, integrated to another relative tolerance, and in at most so many steps if given."""
@@ -156,7 +156,7 @@ class TrajectoryModel:
         if key not in self._plans:
             rests = [self.unknowns.rest_index[j] for j in self.shifted(recording)]
             places = [k for k in rests if k is not None]
-            self._plans[key] = _Plan.of(self.chain.layout.n, len(values), recording.free, places, recording.unit)
+            self._plans[key] = LanePlan.of(self.chain.layout.n, len(values), recording.free, places, recording.unit)
         plan = self._plans[key]
         common = values[:, None] + plan.common
         state = np.concatenate([local.rotation, local.rate])[:, None] + plan.state

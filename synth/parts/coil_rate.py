@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from scipy.optimize import brentq
-
 from synth.parts.coil_angle import Convention
 
 RateForm = Literal["bending", "friction"]
@@ -88,6 +86,8 @@ def mean_diameter_for(
         return 0.0
     if excess(widest) <= 0.0:  # legs whose part is below rounding
         return widest
+    from scipy.optimize import brentq  # imported here: it takes 0.4 s, and most legs are tangent
+
     return float(brentq(excess, least or widest * TINY, widest, xtol=1e-15))
 
 

@@ -96,3 +96,23 @@ def test_the_far_end_is_where_the_joint_takes_it():
     assert bent.points[-1] == pytest.approx([c * x - s * y, s * x + c * y], abs=1e-6)
     heading = float(np.sum((bent.curvature - free.curvature) * np.diff(free.lengths)))
     assert heading == pytest.approx(turn, abs=1e-6)
+
+
+@pytest.mark.parametrize("closing", [-70.0, 55.0, 150.0])
+@pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:2])
+def test_solutions_on_the_way_do_not_decide_the_last_one(monkeypatch, radius, coils, arm, closing):
+    """They are only starts, so they are not followed to the last digit: that takes half of the rounds."""
+    rounds, points_of = [], flexed_wire._points
+
+    def counted(*given):
+        rounds.append(given)
+        return points_of(*given)
+
+    monkeypatch.setattr(flexed_wire, "_points", counted)
+    found, taken = flex_wire(radius, coils, arm, closing), len(rounds)
+    rounds.clear()
+    monkeypatch.setattr(flexed_wire, "UNDER_WAY", flexed_wire.SETTLED)
+    exact = flex_wire(radius, coils, arm, closing)
+    assert found.points == pytest.approx(exact.points, abs=1e-8)
+    assert found.torque == pytest.approx(exact.torque, rel=1e-9)
+    assert taken < 0.75 * len(rounds)

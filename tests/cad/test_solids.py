@@ -141,3 +141,11 @@ def test_the_volume_of_a_shaft_with_pins_and_pocket_equals_the_closed_form():
     assert solid.Volume() == pytest.approx(shaft_volume(shape), rel=1e-5)
     # Two equal cylinders that cross share Steinmetz' 16 r^3/3.
     assert cross_volume(2.0, 0.0, 2.0) == pytest.approx(16 * 2.0**3 / 3, rel=1e-4)
+
+
+def test_a_hole_of_known_sizes_is_not_integrated_again():
+    """A leg's shafts, sockets and tubes have a dozen holes, drawn or weighed six times."""
+    cross_volume(2.5, 1.5, 0.75)
+    before = cross_volume.cache_info().hits
+    assert cross_volume(2.5, 1.5, 0.75) == cross_volume(2.5, 1.5, 0.75)
+    assert cross_volume.cache_info().hits == before + 2

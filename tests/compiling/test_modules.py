@@ -42,6 +42,11 @@ def test_the_kernel_is_loaded_without_all_of_vtk_which_can_still_be_loaded():
     ("command", "without"),
     [
         (("gap", "gap/gap.yaml"), "scipy.optimize"),  # 0.2 s, for clocks in doubt alone
+        (
+            ("leg", "leg/leg-design.yaml", "--no-cad", "--no-cache"),
+            "scipy.optimize",
+        ),  # 0.4 s, for legs not tangent alone
+        (("leg", "leg/leg-design.yaml", "--no-cad", "--no-cache"), "synth.batch.folder"),  # 0.2 s, for folders alone
         (("spring", "--rate", "1.7 N*m/rad", "--travel", "40 deg"), "vtk"),
     ],
 )

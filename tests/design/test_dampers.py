@@ -20,6 +20,7 @@ from synth.design.damper_warnings import curve_warnings, size_warnings, travel_w
 from synth.design.forecast import damper_tolerance
 from synth.design.reached_speeds import ReachedSpeeds, reached_speeds
 from synth.design.response import WantedRelease, WantedResponse
+from synth.design.spring_tuning import tuned_legs
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice, ToleranceOptions
 from synth.parts.arrangement import Arrangement
@@ -82,8 +83,8 @@ def test_the_linear_secant_chooses_too_strong_a_damper(catalogue: Catalogue) -> 
     assert by_secant is not None
     assert by_curve is not None
     assert (by_secant.part, by_curve.part) == ("6597K19", "6597K8")
-    real = wanted.tuned(one_link(by_secant.damper("concave")), (0,))
-    better = wanted.tuned(one_link(by_curve.damper("concave")), (0,))
+    legs = [one_link(row.damper("concave")) for row in (by_secant, by_curve)]
+    real, better = tuned_legs(wanted, legs, [(0,), (0,)])
     assert wanted.overall([better])[0] < wanted.overall([real])[0]
     promised = swing_left(one_link(by_secant.damper("linear")), wanted)
     assert swing_left(one_link(by_secant.damper("concave")), wanted) < 0.5 * promised
