@@ -26,6 +26,7 @@ from synth.fit.free_angle import WIDE, heterogeneity
 from synth.fit.free_motion_start import cut_of, detect_drive, start_sentence
 from synth.fit.later_samples import recordings_from
 from synth.fit.least_squares import FitStart, Stage, Weights, solve
+from synth.fit.lost_frames import lost_frames
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import result_of
@@ -75,6 +76,15 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, ch
     """
     if options.near is not None:
         return fit_leg(leg, recordings, options)
+    found = None if options.wanted or options.computed else lost_frames(leg, recordings, options)
+    if found is None:
+        return _fit_timed(leg, recordings, options, choice)
+    result = _fit_timed(leg, found.recordings, options, choice)
+    return replace(result, warnings=(*found.sentences, *result.warnings))
+
+
+def _fit_timed(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
+    """``fit_by``, of recordings whose time is believed."""
     if recordings and not (options.wanted or options.computed) and recordings[0].behind is None:
         seen = seen_filter(leg, recordings, options)
         if seen is not None:
@@ -97,7 +107,7 @@ def _behind_filter(
     cut, reach = [replace(recording, behind=seen) for recording in recordings], 0.0
     if options.release == "free":
         cut, reach = clear_of(recordings, seen)
-    result = fit_by(leg, cut, options, choice)
+    result = _fit_timed(leg, cut, options, choice)
     return replace(result, cut=result.cut + reach, warnings=(filtered_note(seen, reach), *result.warnings))
 
 
@@ -106,8 +116,8 @@ def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptio
     drive, free = detect_drive(leg, recordings), replace(options, release="recorded")
     cut = recordings_from(recordings, cut_of(drive)) if drive.accepted else None
     if cut is None:
-        return fit_by(leg, recordings, free, choice)
-    result = fit_by(leg, cut, free, choice)
+        return _fit_timed(leg, recordings, free, choice)
+    result = _fit_timed(leg, cut, free, choice)
     note = start_sentence(drive, cut_of(drive), None, likely_filter(recordings))
     return replace(result, cut=cut_of(drive), warnings=(note, *result.warnings))
 

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case
 from synth.errors import UserError
 from synth.estimation.intervals import Estimate
+from synth.files.project_options import FitOptions
 from synth.files.trial_list import Trial
-from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.later_samples import recordings_from
+from synth.fit.lost_frames import lost_frames
+from synth.fit.methods import fit_by
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
@@ -92,7 +94,9 @@ def fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptio
     start = time.process_time()
     try:
         made = recordings(given, trials)
-        result = fit_leg(given, made, options)
+        result = fit_by(given, made, options, FitOptions())
+        mended = lost_frames(given, made, options)
+        made = made if mended is None else mended.recordings
         made = recordings_from(made, result.cut) or made if result.cut else made
     except UserError as error:
         return {"done": False, "message": str(error.problems[0])}
@@ -119,7 +123,8 @@ def fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptio
             }
         )
     warned = len(result.warnings)
-    return found | {"warnings": warned, "not_separable": len(result.not_separable), "joints": joints}
+    said = [str(sentence) for sentence in result.warnings]
+    return found | {"warnings": warned, "said": said, "not_separable": len(result.not_separable), "joints": joints}
 
 
 def _over_truth(case: Case, result: FitResult, made: list[Recording]) -> float:
