@@ -131,7 +131,11 @@ class JointDimensions:
     name: str
     spring: SpringDimensions
     free_angle: float = dimension(
-        MISSING, -720.0, 720.0, "deg", "at which the spring is unloaded; how far from the travel, its arm's way decides"
+        MISSING,
+        -720.0,
+        720.0,
+        "deg",
+        "from there the spring's upper arm is turned to the travel, in most joints by at most 140 to 210 deg",
     )
     rest_angle: float = dimension(MISSING, -360.0, 360.0, "deg", "measured angle of the drawn pose")
     range: tuple[float, float] = (60.0, 160.0)

@@ -78,12 +78,19 @@ def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
         *_fit(dimensions),
         *_pin_problems(dimensions, layout),
         *_socket(dimensions, layout),
+        *damper_problems(dimensions, layout),
+        *_encoder(dimensions),
+        *_mount(dimensions, layout),
+    ]
+
+
+def damper_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+    """What does not fit of the damper and of what joins it to the shaft; no size of the spring matters."""
+    return [
         *_bracket(dimensions, layout),
         *_bore(dimensions),
         *_body(dimensions),
-        *_encoder(dimensions),
         *_adapter(dimensions),
-        *_mount(dimensions, layout),
     ]
 
 

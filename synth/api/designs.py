@@ -238,10 +238,13 @@ def drawing(project: LegProject, *, solids: bool = True, stage: Stage = silent) 
 
 def _make_design(project: LegProject, catalogue: Catalogue, *, solids: bool, stage: Stage) -> LegDesign:
     from synth import cad
+    from synth.design.drawable_dampers import refuse_short_links
     from synth.design.drawing_refusals import not_drawable
     from synth.design.held_to_ranges import held_to_ranges
     from synth.design.mass_loop import design_with_masses
 
+    if solids:
+        refuse_short_links(project)
     try:
         return held_to_ranges((design_with_masses if solids else design_leg)(project, catalogue, stage))
     except cad.DimensionError as error:

@@ -12,6 +12,10 @@ and rate:
 
   synth spring calibrate SAMPLES.csv --json calibration.json
   synth spring --rate ... --calibration calibration.json
+
+A spring on a bench, from torque over angle wound up and let back:
+
+  synth spring measure TORQUES.csv --wire-diameter "2 mm" --mean-diameter "20 mm" --coils 5.25
 """
 
 from __future__ import annotations
@@ -22,6 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from synth.commands.arguments import Quantities, one_of
+from synth.commands.spring_measure import measure, measure_arguments
 from synth.errors import Problem
 
 if TYPE_CHECKING:
@@ -35,15 +40,25 @@ IMPOSSIBLE = 1  # exit status if no single spring meets the request, or the give
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
 
+def _add_tables(parser: argparse.ArgumentParser) -> None:
+    """Declare what reads a table of measurements."""
+    parser.add_argument(
+        "action",
+        nargs="?",
+        type=one_of(["calibrate", "measure"]),
+        help="calibrate: spring-back and rate from wound samples; measure: a spring from torque over angle",
+    )
+    parser.add_argument(
+        "samples", nargs="?", metavar="TABLE.csv", help="for calibrate: of wound coils; for measure: angle and torque"
+    )
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     from synth.files.spring_words import Hand, Objective, RateFormula, System
     from synth.parts.coil_angle import CONVENTIONS
 
-    parser.add_argument(
-        "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: spring-back and rate from wound samples"
-    )
-    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="for calibrate: a table of wound coils")
+    _add_tables(parser)
 
     def quantity(option: str, example: str, text: str) -> None:
         parser.add_argument(option, metavar=f'"{example}"', help=text)
@@ -91,6 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     check.add_argument("--wire-diameter", metavar='"2 mm"')
     check.add_argument("--mean-diameter", metavar='"18 mm"')
     check.add_argument("--coils", metavar="N", help="of the body")
+    measure_arguments(parser)
     parser.add_argument(
         "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
     )
@@ -108,6 +124,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.spring.spring_files import reasons_not_drawn, write_result
 
     catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
+    if arguments.action == "measure":
+        return measure(arguments, catalogue, progress)
     if arguments.action is not None:
         return _calibrate(arguments, catalogue, progress)
     wish, sizes = _read_request(arguments)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import inf
 
 import numpy as np
 
+from synth.design.drawable_dampers import Against
 from synth.design.response import WantedResponse
 from synth.design.spring_tuning import tuned_legs
 from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
@@ -25,6 +26,22 @@ from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 DAMPERS_KEPT = 2  # dampers per joint in the combined choice for all joints
 ALONE = 16  # dampers per joint that are simulated, nearest torque first
 ALONE_ON_THE_JOINT = Arrangement()
+
+
+@dataclass(frozen=True)
+class DamperLimits:
+    """What holds for the dampers of all joints: ``parts``, and why one cannot be drawn (None: none is drawn)."""
+
+    parts: PartsOptions = ANY
+    against: Against | None = None
+
+    def at(self, joint: int) -> Callable[[DamperRow], str | None] | None:
+        """Why a damper cannot be drawn at one joint."""
+        against = self.against
+        return None if against is None else lambda row: against(joint, row)
+
+
+ANY_DAMPER = DamperLimits()
 FAR = 8.0  # ratio to the wanted damper's torque, above or below, beyond which a damper is left out
 
 
@@ -165,14 +182,15 @@ def choose_dampers(
     travel: Sequence[float],
     law: str | None = None,
     leg: Leg | None = None,
-    parts: PartsOptions = ANY,
+    limits: DamperLimits = ANY_DAMPER,
 ) -> DamperChoiceMade:
     """Rank every damper that meets the constraints and choose the set with the lowest response error.
 
     Each candidate is evaluated with the spring rate and free angle tuned to it, because these are fitted again after
     the choice. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant). ``leg``:
     the leg in which they are simulated; default the wanted leg, else one with the same springs and effects of its own.
-    ``travel``: (n,) rad, each joint's from stop to stop.
+    ``travel``: (n,) rad, each joint's from stop to stop. ``limits``: dampers that cannot be drawn are left out, except
+    one that is named by its part.
 
     Raises
     ------
@@ -181,11 +199,12 @@ def choose_dampers(
     leg = wanted.leg if leg is None else leg
     candidates, left_out = [], []
     for j, joint in enumerate(leg.joints):
-        choice = choices[joint.name].damper
-        found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
+        choice, parts, own = choices[joint.name].damper, limits.parts, measured.get(joint.name)
+        is_own = law is None and own is not None and own.part is None and choice.part is None
+        against = None if is_own else limits.at(j)  # the measured one is drawn in any case
+        found = damper_candidates(catalogue, choice, travel[j], joint.name, parts, against)
         options = _options(list(found.rows), curves_at(joint.name, choices, measured) if law is None else {}, law)
-        own = measured.get(joint.name)
-        if law is None and own is not None and own.part is None and choice.part is None:
+        if own is not None and is_own:
             options = [DamperOption(None, Damper(curve=own.curve), "curve", own.words, measured=own)]
         options = _arrangements(options, choice, travel[j], of_family(parts, catalogue.dampers))
         options, far = _nearest_options(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)

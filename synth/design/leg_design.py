@@ -17,17 +17,19 @@ from synth.design.choice_robustness import ChoiceRobustness, choice_robustness
 from synth.design.choice_rounds import ChoiceTask, LastChoice, Stage, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (
     DamperChoiceMade,
+    DamperLimits,
     MeasuredCurve,
     choose_dampers,
     measured_curves,
 )
 from synth.design.choose_springs import SpringChoiceMade
 from synth.design.damper_warnings import curve_warnings, size_warnings, travel_warnings
+from synth.design.drawable_dampers import reasons_in
 from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.reached_speeds import reached_speeds
 from synth.design.response import WantedResponse
-from synth.design.spring_warnings import spring_warnings, stop_warnings, wanted_rate_note
+from synth.design.spring_warnings import spring_warnings, stop_warnings, wanted_rate_note, wound_turns
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.stated_range import StatedRange
 from synth.design.still_joints import JointSwing, swing_of, widths
@@ -201,9 +203,8 @@ def design_for(
         wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
         turned = _turned(project.target, fitted.leg, wanted)
         real = _real(fitted.leg, into)
-        dampers = choose_dampers(
-            wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
-        )
+        limits = DamperLimits(project.parts, reasons_in(project.target, project.cad) if drawn else None)
+        dampers = choose_dampers(wanted, project.joints, catalogue, known.measured, turned, leg=real, limits=limits)
     swaps = effort in ("chosen", "full")
     task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or LastChoice(), swaps, drawn)
     sets, refit = (first_choice if effort == "first" else choose_in_rounds)(task, dampers, stage)
@@ -281,6 +282,14 @@ def _turned_as_drawn(design: LegDesign) -> list[float]:
     return [radians(last - first) for first, last in ends]
 
 
+def _unloaded(design: LegDesign, j: int) -> tuple[float, tuple[float, float]]:
+    """A joint's built free angle, and the least and greatest angle of its built motions, measured, rad."""
+    joint = design.built.joints[j]
+    assert joint.spring is not None
+    angles = np.concatenate([design.built.to_measured(motion)[:, j] for motion in design.built_motions])
+    return joint.spring.free_angle, (float(angles.min()), float(angles.max()))
+
+
 def _real(leg: Leg, target: TargetLeg) -> Leg:
     """A fitted leg with the effects of the target's joints."""
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
@@ -314,6 +323,8 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
         texts += wanted_rate_note(name, springs.chosen[j], dampers.chosen[j].label, fitted, project.joints[name].spring)
         if design.drawn is not None:
             texts += stop_warnings(name, springs.chosen[j], design.drawn.dimensions.joints[j])
+        else:
+            texts += wound_turns(name, *_unloaded(design, j))
         texts += curve_warnings(name, dampers.chosen[j], speeds[j])
         texts += travel_warnings(name, dampers.chosen[j], project.joints[name].damper, turned[j])
         texts += size_warnings(name, dampers.chosen[j], project.joints[name].damper)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import degrees, radians
+from math import degrees, pi, radians
 from typing import TYPE_CHECKING
 
 from synth.design.choose_springs import SpringOption, WantedTravel
@@ -95,6 +95,19 @@ def stop_warnings(joint: str, option: SpringOption, dimensions: JointDimensions)
         noted(f"{joint}: turned to its stop at {stop:.1f} deg, {option.part} {each.text}")
         for each in vendor_limits(option.row, wound)
     ]
+
+
+def wound_turns(joint: str, free_angle: float, travel: tuple[float, float]) -> list[str]:
+    """That a spring is unloaded a turn or more beyond the travel (low, high); all rad. Of a joint that is not drawn."""
+    beyond = max(travel[0] - free_angle, free_angle - travel[1])
+    if beyond < 2.0 * pi:
+        return []
+    text = (
+        f"{joint}: its spring is unloaded {degrees(beyond):.0f} deg beyond the joint's travel, so it must be wound up "
+        f"by {beyond / (2.0 * pi):.1f} turns in assembly, and the angle between its arms does not tell how far it is "
+        "wound. No joint that is drawn here does that"
+    )
+    return [decisive(text, f"Take a stiffer spring: state its rate or part under select.joints.{joint}.spring.")]
 
 
 def wanted_rate_note(joint: str, option: SpringOption, damper: str, fitted: float, choice: SpringChoice) -> list[str]:

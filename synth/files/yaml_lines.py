@@ -24,6 +24,7 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[+-]?\d{1,18}")
 _FLOAT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 _TAG = "tag:yaml.org,2002:"
+MERGE = f"{_TAG}merge"  # of the plain key <<
 
 
 @dataclass(frozen=True)
@@ -155,19 +156,38 @@ class _Builder:
         return self._scalar(node, key)
 
     def _mapping(self, node: yaml.MappingNode, key: Key, depth: int) -> dict[str, Any]:
-        result: dict[str, Any] = {}
+        merging = [pair for pair in node.value if pair[0].tag == MERGE]
+        result = self._merged(merging, key, depth)
+        own: set[str] = set()
         for key_node, value_node in node.value:
             line = key_node.start_mark.line + 1
+            if key_node.tag == MERGE:
+                continue
             if not isinstance(key_node, yaml.ScalarNode):
                 self.problems.append(Problem("a key must be text", self.name, line, dotted(key, None) or None))
                 continue
             child: Key = (*key, key_node.value)
-            if key_node.value in result:
+            if key_node.value in own:
                 text = f"is given twice (first in line {self.lines[child]}); keep one"
                 self.problems.append(Problem(text, self.name, line, dotted(child, None)))
                 continue
+            own.add(key_node.value)
             self.lines[child] = line
             result[key_node.value] = self.build(value_node, child, depth + 1)
+        return result
+
+    def _merged(self, pairs: list[tuple[yaml.Node, yaml.Node]], key: Key, depth: int) -> dict[str, Any]:
+        """The keys that ``<<: *name`` or ``<<: [*one, *two]`` take from other mappings; of several the first counts."""
+        result: dict[str, Any] = {}
+        for key_node, value_node in pairs:
+            several = isinstance(value_node, yaml.SequenceNode)
+            for source in reversed(value_node.value if several else [value_node]):
+                if isinstance(source, yaml.MappingNode):
+                    result |= self.build(source, key, depth + 1)
+                    continue
+                text = "takes over keys of another mapping: mark that with &name and write <<: *name"
+                line = key_node.start_mark.line + 1
+                self.problems.append(Problem(text, self.name, line, dotted((*key, "<<"), None)))
         return result
 
     def _scalar(self, node: yaml.Node, key: Key) -> Any:

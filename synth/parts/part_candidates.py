@@ -229,9 +229,14 @@ def spring_reasons(
 
 
 def damper_candidates(
-    catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str, parts: PartsOptions = ANY
+    catalogue: Catalogue,
+    choice: DamperChoice,
+    travel: float,
+    joint: str,
+    parts: PartsOptions = ANY,
+    against: Callable[[DamperRow], str | None] | None = None,
 ) -> Candidates[DamperRow]:
-    """Dampers of the required direction and travel (rad).
+    """Dampers of the required direction and travel (rad). ``against``: why one cannot be drawn, None: it can.
 
     Raises
     ------
@@ -251,6 +256,8 @@ def damper_candidates(
     parts = of_family(parts, catalogue.dampers)
     for row in catalogue.dampers:
         reason = damper_reason(row, choice, travel, parts)
+        if reason is None and against is not None:
+            reason = against(row)
         if reason is None:
             kept.append(row)
         else:

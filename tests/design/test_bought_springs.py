@@ -17,7 +17,7 @@ from synth.design.clamped_arms import free_arm
 from synth.design.drawable_springs import reasons_not_drawn
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedRelease, WantedResponse
-from synth.design.spring_warnings import spring_warnings, stop_warnings
+from synth.design.spring_warnings import spring_warnings, stop_warnings, wound_turns
 from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
@@ -348,3 +348,14 @@ def test_the_tolerance_is_of_the_rate_in_the_joint(tmp_path: Path, tolerance: fl
     assert sum(left_out.values()) == len(names) - len(within)
     others = other_springs(where, wanted, [])
     assert {option.part: option.outside for option in others} == {part: part not in within for part in true}
+
+
+@pytest.mark.parametrize(("free_angle", "turns"), [(-265.0, 1.01), (470.0, 1.0), (1861.6, 4.9)])
+def test_a_spring_unloaded_a_turn_beyond_the_travel_is_told(free_angle: float, turns: float) -> None:
+    """Of joints that are not drawn: a drawn one cannot wind it up, and its spring is stiffer."""
+    travel = (radians(100.0), radians(110.0))
+    (text,) = wound_turns("hip", radians(free_angle), travel)
+    assert severity_of(text) == "decide"
+    assert f"wound up by {turns:.1f} turns" in text
+    assert wound_turns("hip", radians(-259.9), travel) == []
+    assert wound_turns("hip", radians(469.9), travel) == []

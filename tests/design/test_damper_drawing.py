@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from synth.design.damper_drawing import ASKED, damper_of, drawn_damper
+from synth.design.damper_drawing import damper_of
+from synth.design.damper_sizes import ASKED, drawn_damper
 from synth.files.project_options import DamperShape
 from synth.remarks import severity_of
 

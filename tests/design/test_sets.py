@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import synth.design.part_swaps as part_swaps
-from synth.design.choose_dampers import choose_dampers
+from synth.design.choose_dampers import DamperLimits, choose_dampers
 from synth.design.choose_springs import SpringSource, spring_to_wind, travels
 from synth.design.clamped_arms import softening_by_arms
 from synth.design.judged_sets import Judge, Pair
@@ -86,7 +86,7 @@ def choose(
     response = wanted()
     choices = {name: JointChoice(spring, damper) for name in LEG.joint_names}
     turned = [2.0] * 3
-    dampers = choose_dampers(response, choices, catalogue, {}, turned, law="linear", parts=parts)
+    dampers = choose_dampers(response, choices, catalogue, {}, turned, law="linear", limits=DamperLimits(parts))
     sources = [
         SpringSource(name, spring, travel, catalogue, CadOptions(), parts)
         for name, travel in zip(LEG.joint_names, travels(LEG, response.motions), strict=True)

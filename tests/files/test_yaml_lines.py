@@ -117,3 +117,39 @@ def test_missing_file_and_folder(tmp_path: Path) -> None:
         load(tmp_path / "rat.leg.yml")
     with pytest.raises(UserError, match="is a folder"):
         load(tmp_path)
+
+
+def test_keys_of_another_mapping_are_merged_with_their_lines(tmp_path: Path) -> None:
+    """As in YAML's own example: own keys count before merged ones, earlier merged mappings before later ones."""
+    path = tmp_path / "merged.yaml"
+    path.write_text(
+        "one: &one {a: 1, b: 2}\ntwo: &two {b: 3, c: 4}\nboth:\n  <<: [*one, *two]\n  c: 5\nafter: {a: 9, <<: *one}\n"
+    )
+    document = load(path)
+    assert document.value["both"] == {"a": 1, "b": 2, "c": 5}
+    assert document.value["after"] == {"a": 9, "b": 2}
+    assert document.line(("both", "a")) == 1
+    assert document.line(("both", "c")) == 5
+    assert document.line(("after", "a")) == 6
+
+
+@pytest.mark.parametrize("value", ["5", "[*one, 5]", "hip", "{<<: 5}"])
+def test_a_merge_of_what_is_no_mapping_says_how_to_write_it(tmp_path: Path, value: str) -> None:
+    path = tmp_path / "merged.yaml"
+    path.write_text(f"one: &one {{a: 1}}\nboth:\n  <<: {value}\n")
+    with pytest.raises(UserError, match=r"merged.yaml:3: both.<<: .*mark that with &name and write <<: \*name"):
+        load(path)
+
+
+def test_merged_mappings_cannot_unfold_without_end(tmp_path: Path) -> None:
+    lines = ["a0: &a0 {k: 1}", *(f"a{n}: &a{n} {{x: *a{n - 1}, <<: *a{n - 1}, y{n}: *a{n - 1}}}" for n in range(1, 30))]
+    path = tmp_path / "bomb.yaml"
+    path.write_text("\n".join(lines))
+    with pytest.raises(UserError, match="unfold to more than a project can hold"):
+        load(path)
+
+
+def test_a_merge_key_in_quotes_is_a_key(tmp_path: Path) -> None:
+    path = tmp_path / "quoted.yaml"
+    path.write_text('a: {"<<": 1}\n')
+    assert load(path).value == {"a": {"<<": 1}}
