@@ -1,7 +1,7 @@
 """Frames that a recording without time stamps has lost: found by a fit, told, and put back into its time.
 
 Rates from such a recording are wrong: of 40 simulated legs of which a camera lost 1 % of the frames, one or two at
-once, 66 % of the 90 % intervals held the truth; with the frames put back 88 % do, as of the same legs without losses
+once, 66 % of the 90 % intervals held the truth; with the frames put back 88 % do, 90 % of the same legs without losses
 (``python -m robustness.dirty --kind lost_frames --seed 41``). The steps of ``frame_paths`` are believed only if the
 angles jump by them: no torque makes an angle jump, so a hand or another law leaves a residual that is smooth there.
 """
