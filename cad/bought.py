@@ -13,8 +13,9 @@ from synth.cad.dimensions import JointDimensions
 from synth.cad.encoder_seat import seat_height
 from synth.cad.hinge import cross_screw, cylinder, pocket_depth, socket_screw_at
 from synth.cad.layout import JointLayout
+from synth.cad.link_socket import SocketScrew
 from synth.cad.parts import DrawnPart, Group
-from synth.cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
+from synth.cad.screw_places import Place, bracket_screws, damper_screws, encoder_screws
 from synth.cad.shaft_line import lay_shaft
 from synth.cad.standard_part import StandardPart
 

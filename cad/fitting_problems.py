@@ -10,8 +10,9 @@ from synth.cad.dimensions import JointDimensions
 from synth.cad.hardware import Pin, insert_of, pin_at_least, pin_size
 from synth.cad.layout import SUNK_ASIDE, JointLayout, bearing_pocket, bracket_bore, fixing_screw
 from synth.cad.limits import DimensionProblem, rounded_up
+from synth.cad.link_socket import socket_screw
 from synth.cad.outlines import mount_across
-from synth.cad.screw_places import SET_SCREW, bracket_depths, socket_screw
+from synth.cad.screw_places import SET_SCREW, bracket_depths
 from synth.cad.shaft_line import lay_shaft, pin_spare, tongue_pin
 
 # of a square's or hexagon's diagonal that the rod it is milled from may have: a twentieth off each corner

@@ -26,10 +26,11 @@ from synth.cad.layout import (
     sunk_depth,
     window_half,
 )
+from synth.cad.link_socket import SocketScrew, socket_screw
 from synth.cad.mount import build_flange, flange_volume
 from synth.cad.outline import Hull, Point
 from synth.cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
-from synth.cad.screw_places import SocketScrew, bracket_screws, encoder_screws, socket_screw
+from synth.cad.screw_places import bracket_screws, encoder_screws
 from synth.cad.seat_scale import ear_marks, ear_marks_volume
 from synth.cad.shaft_line import BLIND, ShaftLine, lay_shaft
 

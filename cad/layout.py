@@ -27,6 +27,7 @@ from synth.cad.arm_layout import OVERHANG, RIM, ArmLayout, SeatSize, lay_arm, se
 from synth.cad.dimensions import JointDimensions
 from synth.cad.fittings import DamperDimensions, EncoderDimensions
 from synth.cad.hardware import Screw, insert_of, screw_of, screw_through
+from synth.cad.link_socket import socket_radius
 from synth.cad.outline import Point, unit
 from synth.cad.spring_space import SpringSpace, spring_space
 from synth.cad.stops import Stop, lay_stops
@@ -310,7 +311,7 @@ def place(dimensions: JointDimensions) -> JointLayout:
     heads = fixing_screw(damper.bolt_diameter).head_diameter / 2 + clear
     web_radius = max(web_radius, max(y for _, y in damper_screws(damper)) + heads)
     web_thickness = 2 * wall
-    socket_outer = dimensions.link_width / 2 + dimensions.fit + wall
+    socket_outer = socket_radius(dimensions.link_width, dimensions.fit, wall)
     return JointLayout(
         seat=seat,
         free_arm=space.free_arm,

@@ -1,4 +1,4 @@
-"""Positions and lengths of the screws of brackets, encoder and link sockets: plain arithmetic, no solids.
+"""Positions and lengths of the screws of brackets and encoder: plain arithmetic, no solids.
 
 Heads of the damper bracket's screws are sunk in ear A's inner face; they end in inserts in the top of the bracket's
 sleeve. The damper's own screws end in inserts in its open end. The encoder's end in inserts in ear B.
@@ -6,11 +6,10 @@ sleeve. The damper's own screws end in inserts in its open end. The encoder's en
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from synth.cad.dimensions import JointDimensions
-from synth.cad.hardware import Nut, Screw, insert_of, long_screw, nuts
+from synth.cad.hardware import Screw, insert_of
 from synth.cad.layout import JointLayout, bracket_sunk, fixing_screw, seat_screws
 from synth.cad.outline import Point
 
@@ -18,9 +17,7 @@ SET_SCREW = 3.0  # mm, nominal, on the flat of a damper's shaft; ISO 4026
 FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none
 ENGAGED = 1.5  # diameters, least engagement of a screw in its insert or nut
 BEYOND = 1.0  # mm, depth of an insert's hole beyond the screw's end
-LEAST_SOCKET_SCREW = 3.0  # mm, nominal: a choice, its socket of 2.5 mm takes a common key
 SHORT = 0.2  # mm, least distance of a screw's end below the far face of its part
-SPOT = 0.3  # mm, width of a flat on a socket beside head and nut
 
 
 @dataclass(frozen=True)
@@ -81,37 +78,3 @@ def encoder_screws(dimensions: JointDimensions, layout: JointLayout, seat_height
     sunk = max(0.0, least - length)
     face = layout.gap_b + layout.ear + seat_height - sunk
     return [Place(screw, length, at, face, 1) for at in seat_screws(encoder, layout.upper.direction)]
-
-
-@dataclass(frozen=True)
-class SocketScrew:
-    """The screw through a link's socket with its nut; flats for both are ``flat`` mm from the tube's axis."""
-
-    screw: Screw
-    nut: Nut
-    length: float
-    flat: float
-
-    @property
-    def spot(self) -> float:
-        """Radius (mm) of the flats: round head and nut."""
-        return max(self.screw.head_diameter, self.nut.across_flats / math.cos(math.pi / 6)) / 2 + SPOT
-
-
-def socket_screw(outer: float) -> SocketScrew | None:
-    """For a socket of outer radius ``outer`` mm; None if no screw is sold that long."""
-    size = LEAST_SOCKET_SCREW
-    while True:
-        found = long_screw(size, 2 * outer - 2 * SPOT)
-        if found is None:
-            return None
-        screw, _ = found
-        nut = nuts()[screw.size]
-        spot = max(screw.head_diameter, nut.across_flats / math.cos(math.pi / 6)) / 2 + SPOT
-        if spot >= outer:
-            return None
-        flat = math.sqrt(outer**2 - spot**2)
-        fits = long_screw(screw.size, 2 * flat)
-        if fits is not None and fits[0].size == screw.size:
-            return SocketScrew(screw, nut, fits[1], flat)
-        size = screw.size + 0.5

@@ -17,6 +17,7 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import IN_HAND, Forecast, Forecaster, SpringInHand, free_angles_measured
+from synth.design.link_room import LinkRoom
 from synth.design.part_lanes import ActingElements, PartLanes
 from synth.design.response import WantedResponse
 from synth.files.project_options import PartsOptions
@@ -59,6 +60,8 @@ class Judge:
         combinations of dampers, by their labels, that are excluded.
     in_hand
         measured springs, by the number of their joint.
+    room
+        the links that the parts must fit; None: they need no room.
     """
 
     def __init__(
@@ -69,8 +72,9 @@ class Judge:
         seed: int,
         barred: frozenset[tuple[str, ...]] = frozenset(),
         in_hand: Mapping[int, SpringInHand] = IN_HAND,
+        room: LinkRoom | None = None,
     ) -> None:
-        self.wanted, self.leg, self.barred = wanted, leg, barred
+        self.wanted, self.leg, self.barred, self.room = wanted, leg, barred, room
         none: list[list[ActingElements]] = [[] for _ in leg.joints]
         self._lanes = PartLanes(wanted, leg, none)
         few = self._lanes if len(wanted.releases) <= RELEASES else PartLanes(wanted, leg, none, RELEASES)
@@ -79,8 +83,10 @@ class Judge:
         self._ready = Forecaster(few, free_angles_measured(asked), parts.within, seed, in_hand)
 
     def allows(self, pairs: Pairs) -> bool:
-        """Whether the set's combination of dampers is allowed."""
-        return tuple(pair.damper.label for pair in pairs) not in self.barred
+        """Whether the set's combination of dampers is allowed, and its parts fit the links."""
+        if tuple(pair.damper.label for pair in pairs) in self.barred:
+            return False
+        return self.room is None or self.room.fits([(pair.spring, pair.damper) for pair in pairs])
 
     def errors(self, sets: Sequence[Pairs]) -> Array:
         """(n_set,) rad, RMS over joints and all releases with nominal parts."""

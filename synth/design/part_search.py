@@ -14,7 +14,7 @@ where parts differ little from the base's and interact little.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.design.part_lanes import Index, PartLanes
 
+MANY = 512  # sets among which others are looked for where the best ones are not allowed
 EXHAUSTIVE = 20_000  # trajectories (sets times releases) that are simulated without screening: some seconds
 SAMPLES = 6_000  # of the motions used for screening: enough to rank sets, a choice
 BATCH = 256  # sets simulated together: sixteen groups of lanes
@@ -93,6 +94,19 @@ def best_sets(
         order = np.argsort(error, kind="stable")[:keep]
         return FoundSets(index[order], error[order], len(index), len(index), None, True)
     return _Screening(lanes, keep, np.random.default_rng(seed)).run(np.array(start, dtype=np.int64))
+
+
+def best_allowed(
+    lanes: PartLanes, keep: int, allows: Callable[[Sequence[int]], bool], *, seed: int = 0
+) -> tuple[FoundSets, list[list[int]]]:
+    """The best ``keep`` sets, and those that are allowed: among them, or else the first ones among ``MANY``."""
+    start = [0] * len(lanes.counts)
+    found = more = best_sets(lanes, start, keep, seed=seed)
+    allowed = [row for row in found.index.tolist() if allows(row)]
+    if not allowed:
+        more = best_sets(lanes, start, MANY, seed=seed)
+        allowed = [row for row in more.index.tolist() if allows(row)][:keep]
+    return found, allowed
 
 
 def _all_combinations(counts: Sequence[int]) -> Index:

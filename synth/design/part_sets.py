@@ -28,8 +28,9 @@ from synth.design.choose_springs import (
 )
 from synth.design.forecast import Forecast
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting_elements
+from synth.design.link_room import LinkRoom
 from synth.design.part_lanes import PartLanes
-from synth.design.part_search import FoundSets, best_sets
+from synth.design.part_search import FoundSets, best_allowed
 from synth.design.part_swaps import JointParts, Swaps, judged_again, without_better_swap
 from synth.design.response import WantedResponse
 from synth.design.spring_warnings import BEAR_IT, sense_warning
@@ -193,9 +194,15 @@ def choose_sets(
     lanes = PartLanes(wanted, fitted, [acting_elements(each.pairs) for each in joints])
     pairs, cut = _cut(lanes, [list(each.pairs) for each in joints])
     lanes = lanes.of([acting_elements(each) for each in pairs])
-    found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
-    judge = Judge(wanted, fitted, parts, seed, barred)
-    sets = _rank_finalists(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
+    judge = Judge(wanted, fitted, parts, seed, barred, room=LinkRoom(sources, fitted))
+
+    def of(row: Sequence[int]) -> Pairs:
+        return tuple(options[k] for options, k in zip(pairs, row, strict=True))
+
+    found, rows = best_allowed(lanes, FINALISTS, lambda row: judge.allows(of(row)), seed=seed)
+    if not rows:  # all need longer links: the drawing says how long
+        judge.room, rows = None, found.index.tolist()
+    sets = _rank_finalists(judge, [of(row) for row in rows])
     if not swaps:
         return _as_found((_as_measured(judge, *sets[0]),), found, judge, joints, dampers, cut)
     best, table = without_better_swap(judge, sets[0][0], joints)

@@ -14,6 +14,13 @@ from synth.units import factor
 NAMES = {
     "part_number": "part", "part_no": "part", "part_nr": "part", "item_number": "part", "stock_number": "part",
     "catalog_number": "part", "catalogue_number": "part", "sku": "part", "model": "part", "model_number": "part",
+    "part_num": "part", "pn": "part", "p_n": "part", "item_no": "part", "item_nr": "part", "article_number": "part",
+    "article_no": "part", "catalog_no": "part", "catalogue_no": "part", "order_number": "part", "mpn": "part",
+    "mfr": "vendor", "mfg": "vendor", "mfr_name": "vendor", "manufacturer_name": "vendor", "company": "vendor",
+    "wire_material": "material", "spring_material": "material", "material_type": "material", "temper": "material",
+    "wire_d": "wire_diameter", "wire_diam": "wire_diameter", "outer_diam": "outer_diameter",
+    "num_coils": "body_coils", "num_of_coils": "body_coils", "no_coils": "body_coils", "coil_count": "body_coils",
+    "spring_constant": "rate", "stiffness": "rate", "torsional_stiffness": "rate",
     "manufacturer": "vendor", "supplier": "vendor", "brand": "vendor", "maker": "vendor",
     "wire": "wire_diameter", "wire_dia": "wire_diameter", "wire_size": "wire_diameter",
     "od": "outer_diameter", "o_d": "outer_diameter", "outer_dia": "outer_diameter", "outside_dia": "outer_diameter",

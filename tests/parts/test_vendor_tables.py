@@ -44,6 +44,19 @@ def test_a_vendors_table_in_inches_and_its_own_words(tmp_path: Path) -> None:
     assert row.rate_basis == "derived = max torque / max deflection"
 
 
+def test_abbreviated_headings_of_a_workshops_own_sheet(tmp_path: Path) -> None:
+    """Mfr was taken for a note, so that vendors: [Acme] found no spring."""
+    path = written(
+        tmp_path,
+        "P/N,Mfr,Wire Dia. (in),O.D. (in),Num. of Coils,Leg Angle (deg),Spring Constant (in-lb/deg),Wire Material\n"
+        "T-104,Acme,0.177,1.7,4.1667,120,1.18,Music Wire\n",
+    )
+    row = spring(path, "T-104")
+    assert row.complete, row.status
+    assert (row.vendor, row.material) == ("Acme", "music wire")
+    assert row.rate == pytest.approx(1.18 * 0.112984829 * 180.0 / math.pi)
+
+
 def test_a_vendors_damper_table(tmp_path: Path) -> None:
     path = written(
         tmp_path,
