@@ -144,12 +144,17 @@ def test_plates_hold_every_printed_part_without_overlap(leg, across):
         assert mesh.volume == pytest.approx(part.mesh.volume, rel=1e-9)  # turned, not mirrored
 
 
-@pytest.mark.parametrize(("wall", "passes"), [(1.5, False), (1.9, True)])
-def test_what_the_flats_for_the_cross_screw_leave_of_a_socket_is_a_wall(wall: float, passes: bool) -> None:
-    """With a wall of 1.5 mm 0.97 mm were left under head and nut, and all checks passed: the flats are small."""
+@pytest.mark.parametrize(("wall", "thinnest", "passes"), [(1.5, 1.2, True), (1.5, 1.5, False), (1.9, 1.2, True)])
+def test_what_the_flats_for_the_cross_screw_leave_of_a_socket_is_a_wall(
+    wall: float, thinnest: float, passes: bool
+) -> None:
+    """With a wall of 1.5 mm 0.97 mm were left under head and nut, and all checks passed: the flats are small.
+
+    The socket now grows until 1.2 mm are left; a printer that asks for more has its check.
+    """
     knee = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0, wall=wall)
     joint = build_joint(replace(knee, upper_arm_angle=clear_upper_arm_angle(knee)))
-    found = check_printing(joint, PrintDimensions())
+    found = check_printing(joint, PrintDimensions(thinnest=thinnest))
     sockets = [check for check in found if "socket" in check.text]
     assert [check.part for check in sockets] == ["knee_upper", "knee_lower"]
     assert [check.passed for check in sockets] == [passes] * 2
