@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from synth.design.damper_sizes import drawn_damper, known_sizes
+from synth.design.drawing_refusals import DAMPER_KEYS
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.files.project_options import SHAFTS, CadOptions, DamperShape
@@ -60,10 +61,12 @@ def _reasons(row: DamperRow, j: int, leg: Leg, cad: CadOptions, others: Sequence
 
     name, shaft = leg.joints[j].name, cad.shaft_diameter * 1e3
     joint = _least(cad, name, drawn_damper(known_sizes(row, name, cad), shaft, f"cad.dampers.{name}"))
-    problems = damper_does_not_fit(joint)
+    problems, of_itself = damper_does_not_fit(joint), joint.damper.problems(f"{name}.damper.")
+    if any(_is_stated(problem, name, cad) for problem in problems):
+        return  # a mistake in the project, of every damper: the drawing names its key
     for problem in problems:
-        yield _text(problem, name, shaft)
-    if problems:
+        yield _text(problem, name, shaft, out_of_range=problem in of_itself and problem.least is None)
+    if problems or cad.dampers.get(name, DamperShape()).bolt_circle is not None:
         return
     whole = least_links([*others[:j], joint, *others[j + 1 :]])
     for k in (j - 1, j):
@@ -73,10 +76,17 @@ def _reasons(row: DamperRow, j: int, leg: Leg, cad: CadOptions, others: Sequence
             yield f"its bracket{assumed} is too wide for the link of {size} beside it (cad.dampers.{name}.bolt_circle)"
 
 
-def _text(problem: DimensionProblem, name: str, shaft: float) -> str:
+def _is_stated(problem: DimensionProblem, name: str, cad: CadOptions) -> bool:
+    """Whether the project states the size that a problem names."""
+    key = DAMPER_KEYS.get(problem.dimension.removeprefix(f"{name}.damper."))
+    stated = key is not None and getattr(cad.dampers.get(name, DamperShape()), key) is not None
+    return stated or (key in ("shaft_size", "shaft_form") and name in cad.damper_shafts)
+
+
+def _text(problem: DimensionProblem, name: str, shaft: float, *, out_of_range: bool) -> str:
     """One problem of a damper in words that do not depend on its sizes."""
     for end, text in _REASONS.items():
-        if problem.dimension.endswith(end):
+        if problem.dimension.endswith(end) and (not out_of_range or end == "bore.hub"):
             return text.format(shaft=f"{shaft:g} mm (cad.shaft_diameter)", joint=name)
     key = problem.dimension.removeprefix(f"{name}.damper.")
     return f"cannot be drawn: its {key.replace('_', ' ').replace('.', ', ')} is out of range"
@@ -93,18 +103,10 @@ def _short_links(leg: Leg, cad: CadOptions) -> Iterator[tuple[int, float]]:
     """Index and least length (mm) of each link that is shorter than the smallest joints at its ends."""
     from synth.cad.least_joint import least_links
 
-    least = least_links([_smallest_damper(cad, joint.name) for joint in leg.joints])
+    least = least_links([_least(cad, joint.name) for joint in leg.joints])
     for k, joint in enumerate(leg.joints):
         if joint.link.length * 1e3 < least[k] - ROUNDING:
             yield k, least[k]
-
-
-def _smallest_damper(cad: CadOptions, name: str) -> JointDimensions:
-    """The smallest joint, with a damper of the sizes that the project states if it states its circle of screws."""
-    if cad.dampers.get(name, DamperShape()).bolt_circle is None:
-        return _least(cad, name)
-    shaft = cad.shaft_diameter * 1e3
-    return _least(cad, name, drawn_damper(known_sizes(None, name, cad), shaft, f"cad.dampers.{name}"))
 
 
 def _short_link(project: LegProject, k: int, least: float) -> Problem:
@@ -119,7 +121,7 @@ def _short_link(project: LegProject, k: int, least: float) -> Problem:
         f"mm, which {hinges} and the tube's {'socket' if last else 'sockets'} take with {sizes} "
         f"{cad.link_width * 1e3:g} mm, even with the thinnest spring and the smallest damper"
     )
-    smaller = dict(_short_links(leg, replace(SMALLEST, dampers=cad.dampers)))
+    smaller = dict(_short_links(leg, SMALLEST))
     by_keys = (
         f"shaft_diameter: {SMALLEST.shaft_diameter * 1e3:g} mm, wall: {SMALLEST.wall * 1e3:g} mm, "
         f"clearance: {SMALLEST.clearance * 1e3:g} mm, link_width: {SMALLEST.link_width * 1e3:g} mm, "

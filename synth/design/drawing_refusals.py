@@ -22,7 +22,7 @@ _CAD = {
     "between_layers": "between_layers",
     "safety": "safety",
 }  # of a joint and of its printing -> key under `cad`
-_DAMPER = {
+DAMPER_KEYS = {
     "outer_diameter": "outer_diameter",
     "body_length": "body_length",
     "bolt_circle": "bolt_circle",
@@ -97,8 +97,8 @@ def _place(joint: str, name: str, project: LegProject) -> _Place:
     if name in _CAD:
         return _Place(f"cad.{_CAD[name]}", "", "")
     kind, _, rest = name.partition(".")
-    if kind == "damper" and rest in _DAMPER:
-        key = _DAMPER[rest]
+    if kind == "damper" and rest in DAMPER_KEYS:
+        key = DAMPER_KEYS[rest]
         shape = project.cad.dampers.get(joint)
         stated = shape is not None and getattr(shape, key, None) is not None
         told = "" if stated else f"not stated in the project; of {joint}'s damper as drawn it"

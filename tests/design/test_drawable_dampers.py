@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,19 @@ def test_reasons_name_the_shaft_and_what_does_not_fit(tmp_path: Path) -> None:
         reasons_in(leg, thin)(0, rows["SMALL"])
         == "its circle of screws is too small for the shaft of 3 mm (cad.shaft_diameter) and the damper's bracket"
     )
+
+
+def test_a_stated_size_that_cannot_be_is_left_to_the_drawing_which_names_its_key(tmp_path: Path) -> None:
+    found = catalogue(tmp_path, "GOOD")
+    (row,) = (row for row in found.dampers if row.part == "GOOD")
+    leg = project(tmp_path, 150.0).target
+    for shape in (DamperShape(bolt_circle=0.3), DamperShape(bolt_circle=0.04), DamperShape(outer_diameter=0.2)):
+        assert reasons_in(leg, CadOptions(dampers={"knee": shape}))(0, row) is None
+    wide = replace(row, outer_diameter=0.2, bolt_circle=0.19)
+    assert reasons_in(leg, CadOptions())(0, wide) == "cannot be drawn: its outer diameter is out of range"
+    stated = "cad: {dampers: {knee: {bolt_circle: 300 mm}}}"
+    with pytest.raises(UserError, match=r"cad\.dampers\.knee\.bolt_circle: 300 mm: allowed is "):
+        design(project(tmp_path, 150.0, stated), found)
 
 
 def test_a_damper_that_can_be_drawn_is_chosen_of_nearer_ones_that_cannot(tmp_path: Path) -> None:
