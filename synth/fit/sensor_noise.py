@@ -130,11 +130,11 @@ def estimate_sensor(recordings: Sequence[Recording]) -> AngleSensor:
     shown = tuple(j for j, seen in enumerate(behind) if seen)
     neighbours = noise
     through = np.array([0.0 if seen is None else seen.noise for seen in behind])
-    noise = _noise_of_filtered(recordings, noise, step, scatter, exact, through)
+    noise, assumed = _noise_of_filtered(recordings, noise, step, scatter, exact, through)
     scatter = np.maximum(scatter, noise / neighbours)
     filters = tuple(
         seen.filter if seen else filter_with_ratio(white_part, DIFFERENCE_ORDER)
-        for seen, white_part in zip(behind, (neighbours / noise).tolist(), strict=True)
+        for seen, white_part in zip(behind, np.where(assumed, 1.0, neighbours / noise).tolist(), strict=True)
     )
     usual = float(np.median(noise))
     alike = np.abs(np.log(noise / usual)) < SAME_SENSOR_SHARE
@@ -198,13 +198,13 @@ def _only_rounding(recordings: Sequence[Recording], noise: Array, step: Array) -
 
 def _noise_of_filtered(
     recordings: Sequence[Recording], noise: Array, step: Array, scatter: Array, exact: Mask, by_spectrum: Array
-) -> Array:
-    """(n,) rad: the noise, for filtered channels what the filter let through.
+) -> tuple[Array, Mask]:
+    """(n,) rad: the noise, for filtered channels what the filter let through; (n,) True where it tells no filter.
 
     Where neither a plateau nor the spectrum shows that of filtered readings, because the motion goes on up to the
     filter's edge, it is that of the other channels: the differences tell only what is left above the edge, of one joint
     a thirtieth of what they tell of another with the same sensor. Without any other it is the scatter about a smooth
-    motion, of several joints its geometric mean.
+    motion, of several joints its geometric mean. No filter follows from it: a simulation may be as smooth.
     ``exact`` (n,) : from one reading to the next there is only rounding; a smooth motion may follow filtered noise,
     without any scatter. ``by_spectrum`` (n,) rad, 0 where it shows none.
     """
@@ -215,7 +215,7 @@ def _noise_of_filtered(
     if unseen.any():
         about = float(np.exp(np.mean(np.log((scatter * noise)[unseen]))))
         let[unseen] = np.median(let[let > 0.0]) if (let > 0.0).any() else about
-    return np.maximum(noise, let)
+    return np.maximum(noise, let), unseen & (noise > _most_rounding(step))
 
 
 def _noise_through_filter(recordings: Sequence[Recording], joint: int, step: float) -> float:
